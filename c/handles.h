@@ -80,7 +80,5 @@ const Store& read_store(const plait_store* handle);
 AttributeId attribute_named(const Store& store, const char* name);
 /// The names that options have; empty for NULL. Errors: kInvalidArgument for a name that is NULL.
 std::vector<std::string> names_in(const char* const* attributes, std::uint64_t count);
-/// Errors: kInvalidArgument unless the attribute has this level.
-void check_level(const Store& store, AttributeId attribute, std::int32_t level);
 
 }  // namespace plait::c

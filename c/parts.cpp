@@ -47,13 +47,12 @@ PassRequest pass_request_of(const plait_pass_request& wanted) {
   check_given(wanted.store_path, "store_path");
   check_given(wanted.plan_path, "plan_path");
   check_given(wanted.name, "name");
+  check_reserved(wanted.reserved);
   PassRequest request;
   request.store = wanted.store_path;
   request.plan = wanted.plan_path;
   if (wanted.budget_bytes != 0) request.budget_bytes = wanted.budget_bytes;
   if (wanted.threads != 0) request.threads = wanted.threads;
-  // A negative number is too large.
-  if (wanted.iterations != 0) request.iterations = static_cast<std::uint32_t>(wanted.iterations);
   request.progress = progress_by(wanted.progress, wanted.user);
   Pass& pass = request.pass;
   pass.name = wanted.name;

@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "arguments.h"
-#include "backends/workloads.h"
 #include "command.h"
 #include "console.h"
+#include "runs/workloads.h"
 
 namespace plait {
 namespace {
@@ -55,7 +55,7 @@ void add_bench_command(CommandLine& program, CommandContext& context) {
   add_bench_report_command(*command, context);
   add_bench_compare_command(*command, context);
   command->footer(
-      "docs/backends.md has advice, and docs/bench.md explains reports and records. --quick\n"
+      "docs/backends.md has advice, and docs/measuring.md explains reports and records. --quick\n"
       "writes records beside its page; after Ctrl-C, page and verdict are of what there is.\n"
       "\n"
       "Examples:\n"

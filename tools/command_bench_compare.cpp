@@ -9,10 +9,10 @@
 #include <string>
 
 #include "arguments.h"
-#include "backends/comparison.h"
 #include "command_bench.h"
 #include "console.h"
 #include "plait/error.h"
+#include "runs/comparison.h"
 
 namespace plait {
 namespace {

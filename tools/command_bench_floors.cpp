@@ -10,7 +10,6 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "backends/floors.h"
 #include "command.h"
 #include "command_bench.h"
 #include "console.h"
@@ -18,6 +17,7 @@
 #include "instrument/environment.h"
 #include "instrument/scratch_directory.h"
 #include "interrupt.h"
+#include "runs/floors.h"
 
 namespace plait {
 namespace {

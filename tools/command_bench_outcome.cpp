@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "backends/report_page.h"
 #include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
 #include "plait/error.h"
+#include "runs/report_page.h"
 
 namespace plait {
 

@@ -10,11 +10,11 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "backends/report_page.h"
 #include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
 #include "io/partial_output.h"
+#include "runs/report_page.h"
 #include "store/left_overs.h"
 
 namespace plait {

@@ -11,8 +11,7 @@
 #include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
-#include "export/mesh_export.h"
-#include "export/output_files.h"
+#include "export/export_mesh.h"
 #include "export/part_text.h"
 #include "interrupt.h"
 #include "measure.h"
@@ -22,53 +21,41 @@
 namespace plait {
 namespace {
 
-struct ExportArguments {
-  std::filesystem::path store, output;
-  int level = -1;
-  ExportOptions options;
-  std::uint64_t memory_bytes = OpenOptions().budget_bytes;
-};
+/// Draws a progress bar, and lets a signal cancel the job.
+ExportResult run_job(const ExportRequest& request, const CommandContext& context) {
+  ProgressBar progress("export", ProgressUnit::kNone);
+  return export_mesh(
+      request, context.open_backends,
+      {.progress = [&](const Progress& now) { return progress.update(now.done, now.total); },
+       .warn =
+           [&](const std::string& warning) {
+             progress.clear();
+             report_warning(warning);
+           },
+       .before_publish = throw_if_interrupted});
+}
 
-int run_export(const ExportArguments& arguments, const CommandContext& context) {
+int run_export(const ExportRequest& request, const CommandContext& context) {
   const Stopwatch clock;
-  ExportOptions options = arguments.options;
-  options.format = export_format(arguments.output);
-  OutputFiles output(arguments.output);
-  OpenOptions open;
-  open.budget_bytes = arguments.memory_bytes;
-  Store store = Store::open(arguments.store, open, context.open_backends);
-  options.level = arguments.level >= 0
-                      ? arguments.level
-                      : store.attributes()[store.attribute("position")].finest_level;
-  ExportResult result;
-  try {
-    ProgressBar progress("export", ProgressUnit::kNone);
-    options.progress = [&](const Progress& now) { return progress.update(now.done, now.total); };
-    result = export_mesh(store, output, options);
-  } catch (const Error& error) {
-    throw output.named(error);
-  }
-  throw_if_interrupted();
-  output.publish();
-
+  const ExportResult done = run_job(request, context);
   if (!context.json) {
     std::string moved;
-    if (options.quantize)
-      moved = fmt::format(", coordinates off by at most {}", result.position_error);
+    if (request.quantize)
+      moved = fmt::format(", coordinates off by at most {}", done.position_error);
     print(fmt::format("{}: level {}, {} patches, {} vertices, {} triangles, {}{}, {:.2f} s\n",
-                      output.path().native(), options.level, format_count(result.patches),
-                      format_count(result.vertices), format_count(result.triangles),
-                      format_bytes(result.file_bytes), moved, clock.seconds()));
+                      done.file.native(), done.level, format_count(done.patches),
+                      format_count(done.vertices), format_count(done.triangles),
+                      format_bytes(done.file_bytes), moved, clock.seconds()));
     return kExitDone;
   }
-  const nlohmann::ordered_json report = {{"store", arguments.store.string()},
-                                         {"file", output.path().string()},
-                                         {"level", options.level},
-                                         {"patches", result.patches},
-                                         {"vertices", result.vertices},
-                                         {"faces", result.triangles},
-                                         {"file_bytes", result.file_bytes},
-                                         {"position_error", result.position_error},
+  const nlohmann::ordered_json report = {{"store", request.store.string()},
+                                         {"file", done.file.string()},
+                                         {"level", done.level},
+                                         {"patches", done.patches},
+                                         {"vertices", done.vertices},
+                                         {"faces", done.triangles},
+                                         {"file_bytes", done.file_bytes},
+                                         {"position_error", done.position_error},
                                          {"seconds", clock.seconds()}};
   print(report.dump(2) + "\n");
   return kExitDone;
@@ -77,44 +64,47 @@ int run_export(const ExportArguments& arguments, const CommandContext& context) 
 }  // namespace
 
 void add_export_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<ExportArguments>();
+  const auto request = std::make_shared<ExportRequest>();
   CommandLine* command =
       program.add_subcommand("export", "Write one level of a store as a mesh file");
-  command->add_option("STORE", arguments->store, "The store")->required();
-  add_output_option(*command, "OUT", arguments->output,
+  command->add_option("STORE", request->store, "The store")->required();
+  add_output_option(*command, "OUT", request->output,
                     "The file to make, or to replace: NAME.(ply|obj|stl|off)[.gz|.zst], "
                     "NAME.(vtp|pvtp|glb|gltf)")
       ->required();
-  add_level_option(*command, arguments->level, "The level; default: the finest");
-  ExportOptions& options = arguments->options;
+  add_level_option(*command, request->level, "The level; default: the finest");
   command
       ->add_option(
-          "--attribute", options.attributes,
+          "--attribute", request->attributes,
           "Also write this attribute, such as normal; for more, repeat the option or give a,b")
       ->delimiter(',')
       ->allow_extra_args(false);
   command
       ->add_option(
-          "--face-attribute", options.face_attributes,
+          "--face-attribute", request->face_attributes,
           "Also write this attribute of the base faces as one of the triangles (PLY and VTK "
           "only); for more, repeat the option or give a,b")
       ->delimiter(',')
       ->allow_extra_args(false);
   command
       ->add_parsed_option(
-          "--box", [&options](const std::string& text) { options.box = parse_box(text); },
+          "--box",
+          [request = request.get()](const std::string& text) { request->box = parse_box(text); },
           "Only patches that reach into this box")
       ->type_name("X,Y,Z,X,Y,Z");
   command
       ->add_parsed_option(
-          "--faces", [&options](const std::string& text) { options.faces = parse_faces(text); },
+          "--faces",
+          [request = request.get()](const std::string& text) {
+            request->faces = parse_faces(text);
+          },
           "Only the patches of these base faces, such as 0,7,20-29")
       ->type_name("LIST");
-  command->add_flag("--quantize", options.quantize,
+  command->add_flag("--quantize", request->quantize,
                     "glTF: coordinates in 16 bits and normals in 8 (KHR_mesh_quantization)");
-  add_whole_option(*command, "--pieces", options.pieces, 1, 64,
+  add_whole_option(*command, "--pieces", request->pieces, 1, 64,
                    "PVTP: the number of .vtp files; default: one for 4 million triangles");
-  add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
+  add_size_option(*command, "--memory", request->budget_bytes, "Budget for blocks in memory");
   add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
@@ -138,8 +128,8 @@ void add_export_command(CommandLine& program, CommandContext& context) {
       "  plait export surface.plait coarse.obj.gz --level 2\n"
       "  plait export surface.plait part.vtp --box 0,0,0,1,1,1 --attribute normal\n"
       "  plait export surface.plait web.glb --level 3 --attribute normal --quantize");
-  command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run_export(*arguments, context); };
+  command->callback([request, &context] {
+    context.run = [request, &context] { return run_export(*request, context); };
   });
 }
 

@@ -37,7 +37,6 @@ struct PlanArguments {
   std::optional<std::string> scheme, precision, layout, pass;
   std::vector<std::string> compress;
   Pass options;  ///< of the pass
-  int iterations = 1;
   std::optional<double> diagonal;
   int parts = 1;
   std::filesystem::path sbatch;
@@ -61,7 +60,6 @@ PassRequest pass_request_of(const PlanArguments& arguments) {
   request.plan = arguments.request.plan;
   request.pass = arguments.options;
   request.pass.name = *arguments.pass;
-  request.iterations = static_cast<std::uint32_t>(arguments.iterations);
   request.threads = default_thread_count();
   return request;
 }
@@ -125,10 +123,8 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
   const double share = static_cast<double>(ghosts) / static_cast<double>(faces);
   if (!context.json) {
     if (plan.pass)
-      print(fmt::format(
-          "pass {}{} over version {} of {} makes '{}'\n", plan.pass->pass.name,
-          plan.pass->iterations > 1 ? fmt::format(", {} iterations,", plan.pass->iterations) : "",
-          plan.pass->version, plan.pass->store.native(), plan.pass->result.name));
+      print(fmt::format("pass {} over version {} of {} makes '{}'\n", plan.pass->pass.name,
+                        plan.pass->version, plan.pass->store.native(), plan.pass->result.name));
     if (plan.rates)
       print(fmt::format(
           "this machine, one thread: {:.1f} M points/s, {}/s written and synced, {:.2g} s "
@@ -172,7 +168,6 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
     report["store"] = plan.pass->store.string();
     report["version"] = plan.pass->version;
     report["attribute"] = plan.pass->result.name;
-    report["iterations"] = plan.pass->iterations;
     if (plan.pass->pass.diagonal) report["diagonal"] = *plan.pass->pass.diagonal;
   }
   if (plan.rates)
@@ -205,8 +200,7 @@ void check_kind(const CommandLine& command, bool is_pass) {
             "--compress", "--block", "--max-slot", "--calibrate"},
            "a pass has the levels, shards and blocks of its store");
   else
-    refuse({"--factor", "--amplitude", "--seed", "--diagonal", "--fuse-iterations"},
-           "this is an option of --pass");
+    refuse({"--factor", "--amplitude", "--seed", "--diagonal"}, "this is an option of --pass");
 }
 
 }  // namespace
@@ -260,10 +254,6 @@ void add_plan_command(CommandLine& program, CommandContext& context) {
       ->default_str("1");
   command->add_option("--diagonal", arguments->diagonal,
                       "noise: that of the bounding box; default: plan reads all positions once");
-  add_whole_option(*command, "--fuse-iterations", arguments->iterations, 1,
-                   static_cast<int>(kMostIterations),
-                   "smooth, noise: so many iterations in this plan, with one join; each part also "
-                   "computes a halo around it; default 1");
   command->add_flag("--calibrate", arguments->request.calibrate,
                     "Measure this machine for about two seconds: seconds are then its own");
   command->add_option("--sbatch", arguments->sbatch,
@@ -279,15 +269,11 @@ void add_plan_command(CommandLine& program, CommandContext& context) {
       "\n"
       "With --pass, the parts are the shards of a store that plait join has made, and plait join\n"
       "commits its next version. A pass reads the last commit, so five iterations are five plans,\n"
-      "one after another, or one with --fuse-iterations 5, whose parts need no result of each "
-      "other\n"
-      "and compute more. The records are the same. smooth and noise replace the positions. "
-      "normals\n"
-      "makes or replaces the normals; no other pass does.\n"
+      "one after another. smooth and noise replace the positions. normals makes or replaces the\n"
+      "normals; no other pass does.\n"
       "\n"
       "Examples:\n"
       "  plait plan --pass smooth --factor 0.3 molecule.plait smooth1.plan\n"
-      "  plait plan --pass smooth --fuse-iterations 5 molecule.plait smooth5.plan\n"
       "  plait plan --pass normals molecule.plait normals.plan --sbatch normals.sh\n"
       "  plait plan molecule.ply molecule.plan --levels 5 --normals --parts 4\n"
       "  plait plan statue.ply statue.plan --levels 8 --parts 1000 --calibrate --sbatch statue.sh");

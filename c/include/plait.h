@@ -457,20 +457,6 @@ typedef struct plait_subdivide_options {
 PLAIT_API plait_status plait_store_subdivide(plait_store* store,
                                              const plait_subdivide_options* options);
 
-/* One block of a level: `count` records, the first of which is that of vertex `first`. Valid during
- * the call. Returns 0 to cancel the work. */
-typedef int (*plait_edit)(void* records, uint64_t first, uint64_t count, void* user);
-enum {
-  PLAIT_ACCESS_UPDATE = 0,    /* the callback reads the old records and changes them */
-  PLAIT_ACCESS_OVERWRITE = 1, /* the callback writes every record; the old ones are not read */
-  PLAIT_ACCESS_READ = 2       /* the callback changes nothing; for plait_store_visit() */
-};
-/* Calls `edit` for each block of a level of an attribute, in ascending order. Vertices are numbered
- * as in plait_reader_read_vertices(). If `edit` cancels, the level stays unfinished: it
- * cannot be read or committed until a later pass has overwritten it. */
-PLAIT_API plait_status plait_store_apply(plait_store* store, const char* name, int32_t level,
-                                         int32_t access, plait_edit edit, void* user);
-
 #define PLAIT_DIGEST_BYTES 33
 #define PLAIT_ALL_LEVELS (-1)
 /* Writes 32 hexadecimal digits and a zero byte to `text`. They depend on all records of a level, or
@@ -480,15 +466,12 @@ PLAIT_API plait_status plait_store_digest(plait_store* store, int32_t level, int
                                           char text[PLAIT_DIGEST_BYTES]);
 
 /* Computes where the patches are (plait_reader_faces_in_box), and writes it to a file of the store.
- * `attribute` is float32 x 3 or float64 x 3; NULL stands for "position". Errors: NOT_SUPPORTED for
- * a store in memory; BAD_STATE for changes that are not committed; BUSY while another handle or
- * process writes a store that this one reads; IO, NO_SPACE. */
-PLAIT_API plait_status plait_store_write_bounds(plait_store* store, const char* attribute);
-/* The same. `progress` counts bytes of levels that are read; a call that it cancels changes
- * nothing, and fails with CANCELLED. */
-PLAIT_API plait_status plait_store_write_bounds_with_progress(plait_store* store,
-                                                              const char* attribute,
-                                                              plait_progress progress, void* user);
+ * `attribute` is float32 x 3 or float64 x 3; NULL stands for "position". `progress` may be NULL,
+ * and counts bytes of levels that are read. Errors: NOT_SUPPORTED for a store in memory; BAD_STATE
+ * for changes that are not committed; BUSY while another handle or process writes a store that this
+ * one reads; CANCELLED, IO, NO_SPACE: then nothing has changed. */
+PLAIT_API plait_status plait_store_write_bounds(plait_store* store, const char* attribute,
+                                                plait_progress progress, void* user);
 
 /* A block that plait_store_verify() found damaged. */
 typedef struct plait_damaged_block {
@@ -729,6 +712,11 @@ PLAIT_API plait_status plait_reader_pin_vertices(const plait_reader* reader, con
 /* Ends a pin. Does nothing for NULL. */
 PLAIT_API void plait_pin_release(plait_pin* pin);
 
+enum {
+  PLAIT_ACCESS_UPDATE = 0,    /* the callback reads the old records and changes them */
+  PLAIT_ACCESS_OVERWRITE = 1, /* the callback writes every record; the old ones are not read */
+  PLAIT_ACCESS_READ = 2       /* the callback changes nothing */
+};
 /* An attribute that plait_store_visit() gives to its callback. */
 typedef struct plait_visit_attribute {
   const char* name;
@@ -759,19 +747,21 @@ typedef struct plait_vertex_batch {
 /* Computes on a batch. Returns 0 to cancel the work. */
 typedef int (*plait_visit_batch)(const plait_vertex_batch* batch, void* user);
 #define PLAIT_FINEST_LEVEL (-1)
-/* Gives every vertex of the levels up to `level` to `visit` once, in batches of about 65,000
- * vertices, in one pass over the files. The base mesh alone decides which neighbour of an inner
- * vertex is the first. With PLAIT_FINEST_LEVEL the attributes must have equally many levels. A pass
- * that reads rings of an attribute writes to another one; no attribute may be named twice. Neither
- * `visit` nor `progress` may call functions that change the store. `progress` may be NULL, and
- * counts vertices. Errors: NOT_FOUND, INVALID_ARGUMENT, BAD_STATE for a store that was opened for
- * reading, BUDGET with the budget that the pass needs, CANCELLED. After an error in the pass, the
- * levels that it writes are unfinished, as after plait_store_apply(). */
+/* Gives every vertex of the levels `first_level` to `level` to `visit` once, in batches of about
+ * 65,000 vertices, in one pass over the files. 0 and PLAIT_FINEST_LEVEL are all levels; twice the
+ * same number is one level. The other levels stay as they are. The base mesh alone decides which
+ * neighbour of an inner vertex is the first. With PLAIT_FINEST_LEVEL the attributes must have
+ * equally many levels. A pass that reads rings of an attribute writes to another one; no attribute
+ * may be named twice. Neither `visit` nor `progress` may call functions that change the store.
+ * `progress` may be NULL, and counts vertices. Errors: NOT_FOUND, INVALID_ARGUMENT, BAD_STATE for a
+ * store that was opened for reading, BUDGET with the budget that the pass needs, CANCELLED. After
+ * an error in the pass, the levels that it writes are unfinished: they cannot be read or committed
+ * until a later pass has overwritten them, or plait_store_roll_back(). */
 PLAIT_API plait_status plait_store_visit(plait_store* store,
                                          const plait_visit_attribute* attributes,
-                                         uint64_t attribute_count, int32_t level,
-                                         plait_visit_batch visit, plait_progress progress,
-                                         void* user);
+                                         uint64_t attribute_count, int32_t first_level,
+                                         int32_t level, plait_visit_batch visit,
+                                         plait_progress progress, void* user);
 
 /* ---- Jobs: whole works with a plan, progress and resume ---- */
 
@@ -1073,7 +1063,7 @@ typedef struct plait_pass_request {
   plait_component_type type; /* own pass: of the result; PLAIT_FLOAT32 */
   int32_t components;        /* own pass: of the result; 3 */
   int32_t threads;           /* 1 */
-  int32_t iterations;        /* in this plan, 1 to 1000; 0: 1 */
+  int32_t reserved;
 } plait_pass_request;
 #define PLAIT_PASS_REQUEST_INIT                                                               \
   {                                                                                           \
@@ -1081,9 +1071,7 @@ typedef struct plait_pass_request {
         PLAIT_FLOAT32, 3, 1, 0                                                                \
   }
 /* Makes a plan of which the parts are the shards of the store. plait_parts_make() makes each part,
- * and plait_parts_join() commits the next version of the store. The result of several iterations is
- * that of as many plans one after another; the pass must then replace the attribute that it reads,
- * and the kernel is called for each iteration of each part. Errors: INVALID_ARGUMENT for a pass
+ * and plait_parts_join() commits the next version of the store. Errors: INVALID_ARGUMENT for a pass
  * that does not fit the store, and if the name is taken; NOT_SUPPORTED for a store in one piece;
  * those of plait_store_open(); CANCELLED, IO, NO_SPACE. */
 PLAIT_API plait_status plait_pass_plan(const plait_pass_request* request);

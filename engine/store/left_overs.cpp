@@ -43,14 +43,14 @@ std::uint64_t bytes_of(const Directory& directory, const std::string& name) {
   return S_ISREG(status.st_mode) ? 512 * static_cast<std::uint64_t>(status.st_blocks) : 0;
 }
 
-/// Repair makes two files and a store in its directory.
-constexpr const char* kRepairFiles[] = {"image", "sealed"};
+/// Repair makes this file and those of a store in its directory.
+constexpr char kRepairFile[] = "sealed";
 constexpr char kOutputFile[] = "output";  ///< of PartialFile
 constexpr char kPlanFile[] = "plan";      ///< of plan_parts()
 
 bool is_made_file_name(std::string_view name) {
   return is_store_file_name(name) || name == kOutputFile || name == kPlanFile ||
-         name == kMadeMarkName || std::ranges::find(kRepairFiles, name) != std::end(kRepairFiles);
+         name == kMadeMarkName || name == kRepairFile;
 }
 
 /// Whether the directory proves that plait made it: by its mark, or by the manifest of a store,
@@ -71,18 +71,10 @@ template <class Visit>
 std::vector<std::string> for_each_file(const Directory& directory, Visit visit) {
   std::vector<std::string> foreign;
   for (const std::string& name : directory.names()) {
-    if (is_made_file_name(name)) {
+    if (is_made_file_name(name))
       visit(directory, name);
-    } else if (name == kRepairViewName && S_ISDIR(status_of(directory, name).st_mode)) {
-      const Directory view(directory, name);
-      for (const std::string& inner : view.names())
-        if (is_store_file_name(inner))
-          visit(view, inner);
-        else
-          foreign.push_back(fmt::format("{}/{}", name, inner));
-    } else {
+    else
       foreign.push_back(name);
-    }
   }
   return foreign;
 }
@@ -138,7 +130,6 @@ void remove_made_files(const Directory& directory) {
     for_each_file(directory, [&](const Directory& in, const std::string& file) {
       if (is_proof(file) == proofs) in.remove_if_possible(file);
     });
-    directory.remove_directory(kRepairViewName);
   }
 }
 

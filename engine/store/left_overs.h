@@ -16,9 +16,6 @@
 
 PLAIT_BEGIN_NAMESPACE
 
-/// A repair whose files are not in their places looks at the store in this directory of its own.
-inline constexpr char kRepairViewName[] = "view";
-
 /// A directory that a killed process left under a temporary name.
 struct LeftOver {
   std::string name;         ///< in the directory that was searched

@@ -13,8 +13,8 @@
 #include "plait/extend/edge_index.h"
 #include "plait/store.h"
 #include "store/generation_volume.h"
+#include "store/parts/shard_volume.h"
 #include "store/recovery.h"
-#include "store/shard_volume.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 
@@ -59,7 +59,6 @@ Store::Implementation::~Implementation() {
   for (Attribute& attribute : attributes)
     for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
-  halo.reset();
   snapshot.reset();
   volume.reset();  // its scratch memory is part of the budget, which ends with the pager
   if (!on_disk() || !writable || is_part()) return;
@@ -166,8 +165,7 @@ void Store::Implementation::make_ready() {
       named.store = path.native();
       options.events.call(named);
     };
-  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, options.budget,
-                                  std::move(of_blocks));
+  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, std::move(of_blocks));
 }
 
 Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
@@ -255,7 +253,6 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   options.durability = wanted.durability;
   options.budget_bytes = wanted.budget_bytes;
   options.io_threads = wanted.io_threads;
-  options.budget = wanted.budget;
   options.events = wanted.events;
   options.parallel_for = wanted.parallel_for;
   backend = version.find_backend(backends);

@@ -64,10 +64,7 @@ AttributeId Store::add_attribute(AttributeSchema schema) try {
   Implementation::Attribute attribute;
   attribute.record.number = state.next_number++;
   attribute.record.pipeline = std::move(pipeline);
-  if (state.makes_halo())
-    attribute.base_bytes = state.halo_source().base_bytes;
-  else
-    attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
+  attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
   state.attributes.push_back(std::move(attribute));
   state.infos.push_back({std::move(schema), base_level()});
   return static_cast<AttributeId>(state.infos.size() - 1);
@@ -108,12 +105,6 @@ void Store::add_level(AttributeId attribute) try {
   made.level = level;
   made.record.pipeline = data.record.pipeline.of(level);
   made.record.generations = {{state.sequence + 1, 0}};
-  if (state.makes_halo()) {
-    data.levels.push_back(state.open_halo_level(made, info.schema));
-    data.record.levels.push_back(made.record);
-    info.finest_level = level;
-    return;
-  }
   // The file may be a left-over of a run that ended before its commit.
   if (state.on_disk() && !state.is_part()) state.directory.remove(made.file_names().front());
   made.geometry = state.whole_geometry(
@@ -204,7 +195,7 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
                             name, state.provenance.scheme, to_string(from.type), from.components,
                             to_string(to.type), to.components));
   check_not_needed(state, old);
-  state.retire(std::move(old));
+  state.retire(std::move(old.levels));
   state.attributes[attribute] = std::move(state.attributes[replacement]);
   state.infos[attribute] = state.infos[replacement];
   state.infos[attribute].schema.name = std::move(name);

@@ -11,7 +11,7 @@
 
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 
@@ -154,15 +154,9 @@ EdgeRange StoreAccess::edges(const Store& store) {
   return {state.shards.first_edge(state.only_shard), state.shards.edge_after(state.only_shard)};
 }
 
-PassEdges StoreAccess::pass_edges(const Store& store) {
-  const Store::Implementation& state = store.state();
-  return state.makes_halo() ? PassEdges(state.halo->region.edges) : PassEdges(edges(store));
-}
-
 std::optional<std::vector<VertexId>> StoreAccess::own_vertices(const Store& store) {
   const Store::Implementation& state = store.state();
   if (!state.is_part()) return std::nullopt;
-  if (state.makes_halo()) return state.halo->region.vertices;
   return owned_vertices(state.base.topology(), state.shards, state.only_shard);
 }
 

@@ -17,7 +17,6 @@
 #include "plait/extend/directory.h"
 #include "plait/store.h"
 #include "store/lock.h"
-#include "store/part_halo.h"
 #include "store/stored_version.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -47,23 +46,7 @@ struct Store::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
-  /// What the store of a part of a pass computes for itself (store/part_halo.h).
-  struct Halo {
-    bool is_open = false;
-    HaloRegion region;
-    std::uint32_t of = 0;           ///< the number of the attribute whose slots new ones have
-    std::uint32_t next_number = 0;  ///< of the next attribute that only the part has
-    /// The attribute of the last commit, after one of the part alone has replaced it.
-    Attribute frozen = {};
-  };
-
   bool is_part() const { return only_shard != kNoId; }
-  /// Whether attributes that are added are for the part alone.
-  bool makes_halo() const { return halo && halo->is_open; }
-  /// The attribute that new ones begin as. REQUIRES: makes_halo().
-  const Attribute& halo_source() const;
-  std::unique_ptr<LevelFile> open_halo_level(const StoredLevel& level,
-                                             const AttributeSchema& schema);
   /// Opens the version, whose levels are not written to unless `wanted` says so.
   void open_version(const StoredVersion& version, const OpenOptions& wanted,
                     const BackendRegistry& backends);
@@ -96,9 +79,6 @@ struct Store::Implementation {
   void note_committed();
   /// Takes levels out of the store. What the last commit of a store in memory has of them is kept.
   void retire(std::vector<std::unique_ptr<LevelFile>> levels);
-  /// The same for an attribute that another one replaces. That of the last commit stays open if
-  /// levels of the part alone have slots of it.
-  void retire(Attribute attribute);
   /// Reads the newest version again, in the place of all that the store has.
   void reread();
   /// The level's whole file.
@@ -113,12 +93,11 @@ struct Store::Implementation {
   BaseMesh base;
   bool in_shards = false;  ///< an opened store whose levels are in shards
   EdgeShards shards;       ///< of all levels; empty: each level is in one piece
-  /// Only the store of one part (store/part_store.h): the only shard that it makes.
+  /// Only the store of one part (store/parts/part_store.h): the only shard that it makes.
   std::uint32_t only_shard = kNoId;
   /// Only the store of a part of a pass: the directory of the levels that it makes.
   Directory made_in;
   std::uint32_t first_made = 0;  ///< the number of the first attribute that the part makes
-  std::unique_ptr<Halo> halo;    ///< only if that part computes more than its shard
   StoreOptions options;
   Provenance provenance, first_provenance;  ///< now, and of the store when it was made
   RegisteredBackend backend;

@@ -22,10 +22,10 @@
 #include "plait/error.h"
 #include "plait/extend/file.h"
 #include "plait/extend/parts.h"
-#include "store/joined_store.h"
 #include "store/left_overs.h"
 #include "store/lock.h"
 #include "store/partial_store.h"
+#include "store/parts/joined_store.h"
 #include "store/recovery.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

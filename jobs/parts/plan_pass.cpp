@@ -8,7 +8,6 @@
 #include "io/made_mark.h"
 #include "io/partial_output.h"
 #include "parts/cuts.h"
-#include "parts/pass_halo.h"
 #include "parts/pass_result.h"
 #include "parts/plan_file.h"
 #include "passes/surface_passes.h"
@@ -60,7 +59,6 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
   planned.version = version.manifest().sequence;
   planned.pass = request.pass;
   planned.pass.kernel = {};
-  planned.iterations = request.iterations;
   const VersionDescription next = version_after(at, request.pass, file.version(), plan.program);
   file.of_pass.attribute_number = at.next_attribute_number;
   for (const AttributeRecord& attribute : next.attributes) {
@@ -74,13 +72,6 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("plan pass over {}: expected levels over the base mesh, found none",
                             request.store.native()));
-  const PassIterations iterations{request.iterations, plan.levels - plan.base_level};
-  check_iterations(request.pass, iterations);
-  if (iterations.count > 1 && next.attributes.size() > at.attributes.size())
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("pass '{}': {} iterations in one plan: the store has no '{}' that they "
-                            "could read; plan one first",
-                            request.pass.name, iterations.count, planned.result.name));
   plan.files = at.shards.size() * (file.of_pass.level_count + 1) + next.attributes.size() +
                next.face_attributes.size() + 4;
   return file;
@@ -119,8 +110,6 @@ PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends)
     plan.parts = figures_of_parts(store.base().topology(), starts, cost);
     for (PlannedPart& part : plan.parts)
       part.bytes = part.records * plan.pass->result.record_bytes();
-    add_iterations(plan.parts, store.base().topology(), cost, plan.pass->pass,
-                   {plan.pass->iterations, cost.levels});
   }
   plan.vertices = counts_at_level(store.base(), plan.levels - plan.base_level).vertices;
   if (Pass& pass = plan.pass->pass; pass.name == "noise" && !pass.diagonal) {

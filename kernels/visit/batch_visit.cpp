@@ -146,7 +146,10 @@ class BatchVisit {
 
   void run() {
     plan_.run([&](const SweepView& view, EdgeId edge, int) { add_edge(view, edge); },
-              [&] { visit_base(); }, [&] { hand_over_all(); });
+              [&] {
+                if (plan_.visits_base()) visit_base();
+              },
+              [&] { hand_over_all(); });
   }
 
  private:
@@ -159,8 +162,9 @@ class BatchVisit {
       Store& store = plan.store();
       // Base records that are only read stay as they were committed.
       const std::span<const std::byte> read = std::as_const(store).base_bytes(id);
-      std::byte* const base = of.access == Access::kRead ? const_cast<std::byte*>(read.data())
-                                                         : store.base_bytes(id).data();
+      std::byte* const base = of.access == Access::kRead || !plan.visits_base()
+                                  ? const_cast<std::byte*>(read.data())
+                                  : store.base_bytes(id).data();
       sources.push_back(
           {of.access, of.rings, store.attributes()[id].schema.record_bytes(), base, {}, {}});
     }
@@ -208,7 +212,8 @@ class BatchVisit {
     for (std::size_t number = 0; number < sources_.size(); ++number)
       if (sources_[number].rings) gather(view, number, edge);
     const bool border = mesh_.edges[edge].is_border();
-    for (int refinement = 1; refinement <= plan_.refinements(); ++refinement) {
+    for (int refinement = plan_.first_refinement(); refinement <= plan_.refinements();
+         ++refinement) {
       const VertexRun slot = plan_.run_of(refinement, edge, 0);
       const std::int64_t n = slot_side(refinement);
       const SlotRows rows{plan_.shape_of(refinement, edge), border};
@@ -318,12 +323,12 @@ std::vector<VisitedAttribute> visited(const Store& store,
 
 }  // namespace
 
-void visit_batches(Store& store, const VisitOptions& options,
+void visit_batches(Store& store, const VisitOptions& options, int first_level,
                    const std::vector<BatchAttribute>& attributes,
                    const std::function<void(const VertexBatch&)>& visit) {
   if (options.threads != 1)
     throw Error(ErrorCode::kInvalidArgument, "visit batches: expected 1 thread");
-  const VisitPlan plan(store, options, visited(store, attributes));
+  const VisitPlan plan(store, options, visited(store, attributes), first_level);
   BatchVisit(plan, attributes, visit).run();
 }
 

@@ -238,6 +238,5 @@ class plait_comparison_result(Sized):
         ("there", plait_surface_distances), ("back", plait_surface_distances)]
 
 
-plait_edit = CFUNCTYPE(c_int, c_void_p, c_uint64, c_uint64, c_void_p)
 plait_damage = CFUNCTYPE(None, POINTER(plait_damaged_block), c_void_p)
 plait_visit_batch = CFUNCTYPE(c_int, POINTER(plait_vertex_batch), c_void_p)

@@ -509,7 +509,7 @@ class Store:
         """Computes where the patches are, and keeps it in a file of the store, so that boxes and
         rays need not read the surface first. progress: as for visit()."""
         with Watch("bounds", progress) as watch:
-            self._change(LIBRARY.plait_store_write_bounds_with_progress, text(attribute),
+            self._change(LIBRARY.plait_store_write_bounds, text(attribute),
                          watch.callback, None, keeps=True)
 
     def verify(self, progress=None):

@@ -148,5 +148,5 @@ def visit(store, change, visited, function, level, progress):
 
     with Watch("visit", progress) as watch:
         callback = types.plait_visit_batch(watch.guard(call))
-        change(LIBRARY.plait_store_visit, attributes, len(visited), level, callback, watch.callback,
-               None, keeps=not written)
+        change(LIBRARY.plait_store_visit, attributes, len(visited), 0, level, callback,
+               watch.callback, None, keeps=not written)

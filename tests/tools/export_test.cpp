@@ -12,7 +12,7 @@
 #include <sstream>
 #include <string>
 
-#include "export/mesh_export.h"
+#include "export/mesh_format.h"
 #include "plait/mesh_io.h"
 #include "plait/registry.h"
 #include "plait/store.h"

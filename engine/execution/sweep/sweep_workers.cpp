@@ -21,7 +21,7 @@ SweepWorkers::SweepWorkers(const ParallelFor& parallel_for, const SweepPass& pas
   if (count_ > 1) arena_.emplace(count_);
 }
 
-void SweepWorkers::run(const SweepView& view, const PassEdges& edges, EdgeId first, EdgeId after) {
+void SweepWorkers::run(const SweepView& view, EdgeId first, EdgeId after) {
   // Few enough that the counter costs nothing, and enough that no worker waits long for the last.
   constexpr std::uint64_t kPiecesOfWorker = 16;
   const std::uint64_t pieces = kPiecesOfWorker * static_cast<std::uint64_t>(count_);
@@ -32,8 +32,8 @@ void SweepWorkers::run(const SweepView& view, const PassEdges& edges, EdgeId fir
     try {
       for (std::uint64_t at = next.fetch_add(piece); at < after; at = next.fetch_add(piece)) {
         const auto end = static_cast<EdgeId>(std::min<std::uint64_t>(after, at + piece));
-        for (auto one = static_cast<EdgeId>(at); one < end; ++one)
-          pass_.kernel(view, edges[one], worker);
+        for (auto edge = static_cast<EdgeId>(at); edge < end; ++edge)
+          pass_.kernel(view, edge, worker);
       }
     } catch (...) {
       next = after;  // the others stop

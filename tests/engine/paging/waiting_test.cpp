@@ -49,7 +49,7 @@ struct CallBesideAnother {
   }
 
   std::function<void()> beside, at_eviction;
-  Pager pager{2 * kBlockBytes, 0, nullptr, {.call = [this](const StoreEvent&) {
+  Pager pager{2 * kBlockBytes, 0, {.call = [this](const StoreEvent&) {
                 if (at_eviction) std::exchange(at_eviction, nullptr)();
               }}};
   HeldLevel level{pager, 8};

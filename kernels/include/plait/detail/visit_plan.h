@@ -2,6 +2,7 @@
 // records. Programs use plait/visit_vertices.h.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -37,13 +38,18 @@ class VisitPlan {
   /// records than those of the attribute, for an attribute that is named twice, for levels that an
   /// attribute does not have, and for a number of threads out of range; kBadState for writing to a
   /// store that was opened for reading.
-  VisitPlan(Store& store, const VisitOptions& options, std::vector<VisitedAttribute> attributes);
+  /// The visit leaves out levels that are coarser than `first_level`, also if it reads rings there.
+  VisitPlan(Store& store, const VisitOptions& options, std::vector<VisitedAttribute> attributes,
+            int first_level = 0);
 
   Store& store() const noexcept { return *store_; }
   AttributeId attribute(std::size_t number) const { return attributes_[number].id; }
   int threads() const noexcept { return threads_; }
   /// How often the base mesh is refined to reach the finest level of the visit.
   int refinements() const noexcept { return refinements_; }
+  /// The first level over the base mesh that is visited, counted from the base mesh.
+  int first_refinement() const noexcept { return std::max(1, first_refinement_); }
+  bool visits_base() const noexcept { return first_refinement_ <= 0; }
   /// Whether the visit reads the rings of any attribute.
   bool reads_rings() const noexcept { return reads_rings_; }
   /// The run of all vertices of a slot. `refinement` counts from the base mesh.
@@ -104,7 +110,9 @@ class VisitPlan {
 
  private:
   SweepPass pass() const;
-  /// The vertices of the levels that belong to edges before this one.
+  /// The base vertices of the visit.
+  std::uint64_t base_vertices() const;
+  /// The vertices of the levels that belong to edges from the first one of the visit on.
   std::uint64_t vertices_before(std::uint64_t edge) const;
 
   Store* store_;
@@ -112,7 +120,7 @@ class VisitPlan {
   int threads_ = 1;
   std::vector<VisitedAttribute> attributes_;
   Topology mesh_;
-  int level_ = 0, refinements_ = 0;
+  int level_ = 0, refinements_ = 0, first_refinement_ = 0;
   bool reads_rings_ = false;
   std::vector<LevelGeometry> numbers_;  ///< [refinement - 1] as if records had one byte
   std::optional<std::vector<VertexId>> own_vertices_;  ///< in the store of one part

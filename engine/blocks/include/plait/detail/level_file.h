@@ -36,9 +36,6 @@ struct LevelFile {
   BackendTraits traits;
   Pipeline pipeline = {};  ///< how the backend encodes blocks
   bool writable = true;    ///< false if the level was opened for reading
-  /// [block] it has slots that no pass writes, so a pass that overwrites the level reads it first.
-  /// Empty: there is no such block.
-  std::vector<bool> partly_written = {};
   /// Other levels were encoded with the help of this one (Backend::context), so it can no longer be
   /// changed: they would decode to wrong records.
   mutable std::atomic<bool> is_fixed = false;

@@ -5,12 +5,10 @@
 // While a thread calls another one, no other thread may use the store (docs/threads.md).
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string_view>
 #include <vector>
 
@@ -50,49 +48,6 @@ class StorePass {
 /// The edges from `first` on, before `after`.
 struct EdgeRange {
   EdgeId first = 0, after = 0;
-};
-
-/// The edges that a pass works on, ascending: those of a range, or those of a list.
-class PassEdges {
- public:
-  explicit PassEdges(EdgeRange range) : range_(range) {}
-  /// REQUIRES: `list` ascends, is not empty, and outlives this object.
-  explicit PassEdges(std::span<const EdgeId> list) : list_(list) {}
-
-  EdgeId size() const {
-    return list_.empty() ? range_.after - range_.first : static_cast<EdgeId>(list_.size());
-  }
-  /// REQUIRES: at < size().
-  EdgeId operator[](EdgeId at) const { return list_.empty() ? range_.first + at : list_[at]; }
-  bool contains(EdgeId edge) const {
-    return list_.empty() ? edge >= range_.first && edge < range_.after
-                         : std::binary_search(list_.begin(), list_.end(), edge);
-  }
-  /// The position after the edges that are less than `span` after edge [at]. So edges whose blocks
-  /// are far from each other are not together in [at, end_of_run()).
-  EdgeId end_of_run(EdgeId at, EdgeId span) const {
-    if (list_.empty()) return at + std::min(span, size() - at);
-    const auto first = list_.begin() + at;
-    const auto most = first + std::min<std::ptrdiff_t>(span, list_.end() - first);
-    return at +
-           static_cast<EdgeId>(std::partition_point(
-                                   first, most, [&](EdgeId edge) { return edge - *first < span; }) -
-                               first);
-  }
-  /// Calls visit(EdgeRange) for the runs of edges without gaps at the positions [first, after).
-  template <class Visit>
-  void for_each_range(EdgeId first, EdgeId after, Visit visit) const {
-    for (EdgeId at = first; at < after;) {
-      EdgeId end = list_.empty() ? after : at + 1;
-      while (end < after && list_[end] == list_[end - 1] + 1) ++end;
-      visit(EdgeRange{(*this)[at], (*this)[at] + (end - at)});
-      at = end;
-    }
-  }
-
- private:
-  EdgeRange range_;
-  std::span<const EdgeId> list_;
 };
 
 /// The parts of a store that work on levels and blocks. All functions are static.
@@ -147,11 +102,8 @@ class StoreAccess {
   static Session open_session(const Store& store, const SessionOptions& options = {}) {
     return store.open_session(options);
   }
-  /// The edges that have slots in the levels that a pass makes: all, but in the store of one part.
+  /// The edges whose slots a pass makes: all, but in the store of one part.
   static EdgeRange edges(const Store& store);
-  /// The edges whose slots a sweep makes: edges(), but also those of the halo while the store of
-  /// one part makes what only that part reads. Valid until that changes.
-  static PassEdges pass_edges(const Store& store);
   /// The base vertices whose records a pass makes, ascending; nothing for all, as in every store
   /// but that of one part.
   static std::optional<std::vector<VertexId>> own_vertices(const Store& store);
