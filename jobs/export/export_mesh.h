@@ -72,11 +72,12 @@ struct ExportResult {
 ///   it. Positions of float64, and quantized ones, are relative to the translation of the node.
 ///   Normals have the length 1; if one has no direction, the file has none, and `warn` says so.
 /// After an error no file is left. Removes left-overs of killed runs with the same output.
-/// Errors: those of Store::open and of UnpublishedFile; kInvalidArgument for a name of no known format,
-/// for a level, a face or an attribute that the store does not have, for a box that no patch meets,
-/// for an attribute that the format cannot hold, for a file that exists without `replace`, and for
-/// more vertices, facets or bytes than the format can count; kCancelled; kIo, kNoSpace,
-/// kCorruption. Pinned by tests/tools/export_test.cpp and tests/tools/export_readers_test.py.
+/// Errors: those of Store::open and of UnpublishedFile; kInvalidArgument for a name of no known
+/// format, for a level, a face or an attribute that the store does not have, for a box that no
+/// patch meets, for an attribute that the format cannot hold, for a file that exists without
+/// `replace`, and for more vertices, facets or bytes than the format can count; kCancelled; kIo,
+/// kNoSpace, kCorruption. Pinned by tests/tools/export_test.cpp and
+/// tests/tools/export_readers_test.py.
 ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& backends,
                          const ExportWatch& watch = {});
 
