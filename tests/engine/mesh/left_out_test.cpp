@@ -92,7 +92,7 @@ TEST_CASE("ReadGzip_ZerosBehindTheLastMember_ArePadding") {
        {gzip("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), gzip(text),
         gzip(text.substr(0, 100)) + gzip(text.substr(100)), gzip(text) + gzip("")}) {
     const IndexedMesh wanted = read_indexed_mesh(directory.file("a.obj.gz", whole));
-    for (const std::size_t zeros : {1, 2, 3, 4, 9, 512, 70000}) {
+    for (const std::size_t zeros : {1u, 2u, 3u, 4u, 9u, 512u, 70000u}) {
       INFO(zeros);
       CHECK(same_mesh(
           read_indexed_mesh(directory.file("b.obj.gz", whole + std::string(zeros, '\0'))), wanted));
