@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,9 +16,6 @@ namespace plait {
 /// A size in bytes, parsed by parse_size. `value` must outlive parsing.
 Option* add_size_option(CommandLine& command, const std::string& name, std::uint64_t& value,
                         const std::string& description);
-/// The same for a value that stays empty if the option is not given.
-Option* add_size_option(CommandLine& command, const std::string& name,
-                        std::optional<std::uint64_t>& value, const std::string& description);
 /// A whole number from `first` to `last`, parsed by parse_whole_number.
 template <class Number>
 Option* add_whole_option(CommandLine& command, const std::string& name, Number& value,
@@ -39,8 +35,6 @@ Option* add_plugin_option(CommandLine& command, CommandContext& context);
 Option* add_compress_option(CommandLine& command, std::vector<std::string>& texts);
 /// The pipelines that the texts of --compress name. Errors: as Compression::add().
 PipelinesOf pipelines_of(const std::vector<std::string>& texts);
-/// --max-error TEXT, which may be repeated (plait/extend/rounding.h).
-Option* add_max_error_option(CommandLine& command, std::vector<std::string>& texts);
 /// The text about --compress for --help.
 std::string compression_help();
 Option* add_json_option(CommandLine& command, CommandContext& context);

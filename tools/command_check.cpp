@@ -14,7 +14,8 @@
 #include "interrupt.h"
 #include "measure.h"
 #include "plait/extend/attributed_mesh.h"
-#include "scan_report.h"
+#include "report_json.h"
+#include "report_text.h"
 
 namespace plait {
 namespace {
@@ -32,7 +33,7 @@ int run_check(const CheckArguments& arguments, const CommandContext& context) {
   const SurfaceFigures figures = figures_of(repaired.surface);
   if (context.json) {
     const nlohmann::ordered_json report = {{"mesh", arguments.mesh.string()},
-                                           {"found", repair_json(repaired.list)},
+                                           {"found", repairs_json(repaired.list)},
                                            {"repaired", figures_json(figures)},
                                            {"seconds", seconds_since_start()}};
     print(report.dump(2) + "\n");
@@ -51,8 +52,8 @@ int run_check(const CheckArguments& arguments, const CommandContext& context) {
                     clean ? "an oriented manifold"
                           : "not an oriented manifold as it is; remesh "
                             "would repair it:",
-                    repair_text(repaired.list), clean ? "" : "then: ", figures_text(figures),
-                    folded));
+                    repair_text(repairs_json(repaired.list)),
+                    clean ? "" : "then: ", figures_text(figures_json(figures)), folded));
   return kExitDone;
 }
 

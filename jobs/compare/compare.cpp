@@ -6,6 +6,7 @@
 
 #include "compare/triangles.h"
 #include "plait/error.h"
+#include "plait/extend/thread_count.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -13,7 +14,7 @@ namespace {
 TriangleSet triangles_of(const IndexedMesh& mesh) { return {mesh.positions, mesh.faces}; }
 
 IndexedMesh read_side(const std::filesystem::path& path, const ComparisonRequest& request,
-                      const BackendRegistry& backends, const ComparisonWatch& watch) {
+                      const BackendRegistry& backends, const JobWatch& watch) {
   std::error_code ignored;  // a path that cannot be looked at is a file that cannot be read
   const bool is_store = std::filesystem::is_directory(path, ignored);
   // Not reported as progress: nobody knows how long it takes. But a program may cancel here.
@@ -25,7 +26,7 @@ IndexedMesh read_side(const std::filesystem::path& path, const ComparisonRequest
 /// From `from` to `to`. `before`: samples of the other direction that are done.
 Distances distances_of(const IndexedMesh& from, const IndexedMesh& to, std::string_view phase,
                        std::uint64_t before, const ComparisonRequest& request,
-                       const ComparisonWatch& watch) {
+                       const JobWatch& watch) {
   DistanceOptions options{.samples = request.samples, .phase = phase};
   if (watch.progress)
     options.progress = [&](const Progress& now) {
@@ -38,12 +39,12 @@ Distances distances_of(const IndexedMesh& from, const IndexedMesh& to, std::stri
 }  // namespace
 
 SurfaceComparison compare_surfaces(const ComparisonRequest& request,
-                                   const BackendRegistry& backends, const ComparisonWatch& watch) {
+                                   const BackendRegistry& backends, const JobWatch& watch) {
   const IndexedMesh first = read_side(request.first, request, backends, watch);
   const IndexedMesh second = read_side(request.second, request, backends, watch);
   SurfaceComparison result{
       diagonal_of(triangles_of(first)), mean_edge_of(triangles_of(first)), {}, {}};
-  tbb::task_arena(request.threads).execute([&] {
+  tbb::task_arena(thread_count(request.threads, "compare")).execute([&] {
     result.there = distances_of(first, second, "distance of A to B", 0, request, watch);
     result.back =
         distances_of(second, first, "distance of B to A", request.samples, request, watch);

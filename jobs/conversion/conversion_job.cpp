@@ -74,25 +74,14 @@ void choose_options(const ConversionRequest& request, const Store& source,
 
 }  // namespace
 
-std::string_view to_string(ConversionStep step) noexcept {
-  switch (step) {
-    case ConversionStep::kCopy:
-      return "convert";
-    case ConversionStep::kReadBack:
-      return "read the copy back";
-    case ConversionStep::kSourceDigest:
-      return "digest of the source";
-  }
-  return "";
-}
-
 ConversionResult convert(const ConversionRequest& request, const BackendRegistry& source_backends,
-                         const BackendRegistry& backends, const ConversionWatch& watch) {
+                         const BackendRegistry& backends, const JobWatch& watch) {
   OpenOptions open;
   open.budget_bytes = request.budget_bytes / 2;
   Store source = Store::open(request.from, open, source_backends);
   ConversionResult result;
   choose_options(request, source, backends, result);
+  if (watch.before_files) watch.before_files();
   PartialStore output(request.to, request.replace ? Existing::kReplace : Existing::kRefuse);
   const auto warn = [&](const std::string& text) {
     if (watch.warn) watch.warn(text);
@@ -103,8 +92,7 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
   build_output(output, [&] {
     Store copy =
         Store::create(output.make(), source.base(), result.options, backends, source.provenance());
-    if (watch.step) watch.step(ConversionStep::kCopy);
-    copy_levels(source, copy, watch.progress, request.max_errors);
+    copy_levels(source, copy, begin_step(watch, "convert"), request.max_errors);
     for (const auto& [name, bound] : request.max_errors.all())
       result.roundings[name] = *copy.rounding(copy.attribute(name));
     copy.commit();
@@ -117,7 +105,8 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
               : compare_rounded_copy(source, output.path(), open, request.threads, backends,
                                      request.max_errors, watch);
   });
-  if (watch.before_publish) watch.before_publish();
+  if (const ProgressCallback go_on = begin_step(watch, "publish"); go_on && !go_on({{}, 0, 1}))
+    throw Error(ErrorCode::kCancelled, "convert: cancelled");
   output.publish(true, warn);
   result.store = output.final_path();
   result.options.pipeline_of = {};  // it may refer to the source

@@ -7,6 +7,7 @@
 #include "base/default_arithmetic.h"
 #include "io/made_mark.h"
 #include "io/partial_output.h"
+#include "job_rules.h"
 #include "parts/calibrate.h"
 #include "parts/cuts.h"
 #include "parts/plan_file.h"
@@ -22,7 +23,6 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::uint64_t kLargestSlotBytes = 16 << 10;  // as a SubdivisionJob has it
 constexpr double kNsPerPointWithNormals = 8;
 
 StoreUuid random_uuid() {

@@ -17,7 +17,7 @@ from .errors import (BadState, Busy, Cancelled, Damaged, Error, InputOutputError
                      InvalidArgument, NoSpace, NoSuchAttribute, NotFound, NotSupported, OutOfMemory,
                      TooLarge)
 from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, compare,
-                   convert, import_mesh, remesh, subdivide, verify)
+                   convert, import_mesh, join, part, plan, remesh, subdivide, verify)
 from .mesh import Mesh
 from .store import (Base, Counts, DamagedBlock, Hits, Info, Patches, Statistics, Store,
                     VerifyReport, create, triangles)
@@ -45,6 +45,6 @@ __all__ = [
     "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "InputOutputError", "InternalError",
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NotFound",
     "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
-    "VerifyReport", "Vertices", "build_info", "compare", "convert", "create", "import_mesh", "load_plugin",
-    "open", "remesh", "subdivide",
+    "VerifyReport", "Vertices", "build_info", "compare", "convert", "create", "import_mesh", "join", "load_plugin",
+    "open", "part", "plan", "remesh", "subdivide",
     "triangles", "verify"]
