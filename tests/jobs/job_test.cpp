@@ -31,7 +31,7 @@ std::string words_of(std::string_view job, const JobOptions& options,
 }  // namespace
 
 TEST_CASE("RunJob_OptionsThatAJobDoesNotTake_AreRefusedByTheirNames") {
-  CHECK_THAT(words_of("copy", {}), Catch::Contains("subdivide, import"));
+  CHECK_THAT(words_of("copy", {}), Catch::Contains("subdivide, plan"));
   CHECK_THAT(words_of("convert", {{"blok", "1"}}),
              Catch::Contains("\"blok\"") && Catch::Contains("max-error"));
   CHECK_THAT(words_of("convert", {{"input", "a"}}), Catch::Contains("option output"));
