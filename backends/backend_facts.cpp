@@ -14,6 +14,7 @@
 #include "choose_backend.h"
 #include "io/machine.h"
 #include "plait/error.h"
+#include "uring/uring_backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -23,6 +24,7 @@ std::string refusal(const BackendRegistry& backends, const char* name) {
   try {
     const RegisteredBackend& backend = backends.find(name);
     if (backend.check_machine) backend.check_machine();
+    if (backend.name == "uring") check_uring();  // pread would stand in for it
   } catch (const Error& error) {
     return error.what();
   }

@@ -16,7 +16,7 @@ BackendRegistry default_backends(const PipelineRegistry& pipelines) {
   registry.add({"pread", "raw files, explicit reads and writes; works everywhere", kPreadTraits,
                 open_each_level(open_pread_backend)});
   registry.add({"uring", "raw files past the page cache, by io_uring and O_DIRECT (Linux)",
-                kUringTraits, open_uring_volume, check_uring});
+                kUringTraits, open_uring_volume});
   registry.add({"mmap", "raw files, mapped when they are only read", kMmapTraits,
                 open_each_level(open_mmap_backend)});
   registry.add(compressed_backend(pipelines));

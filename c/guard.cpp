@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/caught.h"
+
 namespace plait::c {
 namespace {
 
@@ -76,9 +78,10 @@ plait_status status_of(ErrorCode code) noexcept {
 
 }  // namespace
 
-plait_status keep_current_error(const char* call) noexcept {
+plait_status keep_current_error(const char* call) {
+  const std::exception_ptr caught = caught_exception();
   try {
-    throw;
+    std::rethrow_exception(caught);
   } catch (const Error& error) {
     last_error().keep(call, error.what(), error.path().native(), error.offset());
     return status_of(error.code());

@@ -1,6 +1,8 @@
 // guard.h: turns exceptions into status codes, and checks what a C program passes.
 #pragma once
 
+#include <pthread.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,12 +14,27 @@
 namespace plait::c {
 
 /// The code and the message of the exception that is being handled. Keeps the message for
-/// plait_error_message().
-plait_status keep_current_error(const char* call) noexcept;
+/// plait_error_message(). A forced unwind goes on.
+plait_status keep_current_error(const char* call);
 
-/// Runs the body of a call of the C interface. No exception passes it.
+/// While this object exists, pthread_cancel() of the thread waits.
+class NoCancellation {
+ public:
+  NoCancellation() noexcept { ::pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before_); }
+  ~NoCancellation() { ::pthread_setcancelstate(before_, nullptr); }
+  NoCancellation(const NoCancellation&) = delete;
+  NoCancellation& operator=(const NoCancellation&) = delete;
+
+ private:
+  int before_ = PTHREAD_CANCEL_ENABLE;
+};
+
+/// Runs the body of a call of the C interface. No exception passes it, but a forced unwind does: a
+/// callback may call pthread_exit(), as an interpreter does that ends. No call is a cancellation
+/// point.
 template <class Body>
-plait_status guarded(const char* call, const Body& body) noexcept {
+plait_status guarded(const char* call, const Body& body) {
+  const NoCancellation whole;
   try {
     body();
     return PLAIT_OK;

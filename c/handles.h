@@ -9,11 +9,22 @@
 #include <vector>
 
 #include "plait.h"
+#include "plait/extend/notices.h"
 #include "plait/extend/parallel_for.h"
 #include "plait/patch_writer.h"
 #include "plait/progress.h"
 #include "plait/reader.h"
 #include "plait/store.h"
+
+namespace plait::c {
+
+inline std::string joined_lines(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += text.empty() ? line : "\n" + line;
+  return text;
+}
+
+}  // namespace plait::c
 
 struct plait_store {
   plait_store(plait::Store opened, bool for_writing)
@@ -28,8 +39,10 @@ struct plait_store {
   plait::Store store;
   bool writable;
   mutable std::mutex maps_mutex;
-  mutable std::unique_ptr<Maps> maps;                          ///< made by the first call
-  std::string pipeline = store.options().pipeline->to_text();  ///< for plait_store_get_info()
+  mutable std::unique_ptr<Maps> maps;  ///< made by the first call
+  // For plait_store_get_info():
+  std::string pipeline = store.options().pipeline->to_text();
+  std::string notices = plait::c::joined_lines(plait::notices(store));
 };
 
 struct plait_reader {
@@ -80,7 +93,5 @@ const Store& read_store(const plait_store* handle);
 AttributeId attribute_named(const Store& store, const char* name);
 /// The names that options have; empty for NULL. Errors: kInvalidArgument for a name that is NULL.
 std::vector<std::string> names_in(const char* const* attributes, std::uint64_t count);
-/// Errors: kInvalidArgument unless the attribute has this level.
-void check_level(const Store& store, AttributeId attribute, std::int32_t level);
 
 }  // namespace plait::c

@@ -41,6 +41,7 @@ plait_store_info info_of(const plait_store& handle) {
   info.finest_level = store.finest_level();
   info.writable = handle.writable ? 1 : 0;
   info.limit = store.provenance().limit ? 1 : 0;
+  info.notices = handle.notices.c_str();
   info.precision = static_cast<plait_component_type>(store.provenance().precision);
   return info;
 }

@@ -37,8 +37,8 @@ std::vector<BatchAttribute> attributes_of(const plait_visit_attribute* given, st
 using namespace plait::c;
 
 plait_status plait_store_visit(plait_store* store, const plait_visit_attribute* attributes,
-                               uint64_t attribute_count, int32_t level, plait_visit_batch visit,
-                               plait_progress progress, void* user) {
+                               uint64_t attribute_count, int32_t first_level, int32_t level,
+                               plait_visit_batch visit, plait_progress progress, void* user) {
   return guarded("plait_store_visit", [&] {
     plait::Store& changed = changed_store(store);
     check_given(visit, "visit");
@@ -46,19 +46,23 @@ plait_status plait_store_visit(plait_store* store, const plait_visit_attribute* 
       throw plait::Error(
           plait::ErrorCode::kInvalidArgument,
           "level: expected PLAIT_FINEST_LEVEL or 0 and more, found " + std::to_string(level));
+    if (first_level < 0)
+      throw plait::Error(plait::ErrorCode::kInvalidArgument,
+                         "first_level: expected 0 and more, found " + std::to_string(first_level));
     const std::vector<plait::BatchAttribute> wanted = attributes_of(attributes, attribute_count);
     plait::VisitOptions options;
     options.level = level;
     options.progress = progress_by(progress, user);
-    plait::visit_batches(changed, options, wanted, [&](const plait::VertexBatch& batch) {
-      std::vector<plait_batch_records> records;
-      for (std::size_t at = 0; at < wanted.size(); ++at)
-        records.push_back({batch.attributes[at].records, batch.attributes[at].neighbours});
-      const plait_vertex_batch told = {sizeof(told),  batch.count,    batch.levels,
-                                       batch.places,  records.data(), records.size(),
-                                       batch.valence, batch.border,   batch.base,
-                                       /*reserved=*/0};
-      if (visit(&told, user) == 0) refuse_cancelled("visit");
-    });
+    plait::visit_batches(
+        changed, options, first_level, wanted, [&](const plait::VertexBatch& batch) {
+          std::vector<plait_batch_records> records;
+          for (std::size_t at = 0; at < wanted.size(); ++at)
+            records.push_back({batch.attributes[at].records, batch.attributes[at].neighbours});
+          const plait_vertex_batch told = {sizeof(told),  batch.count,    batch.levels,
+                                           batch.places,  records.data(), records.size(),
+                                           batch.valence, batch.border,   batch.base,
+                                           /*reserved=*/0};
+          if (visit(&told, user) == 0) refuse_cancelled("visit");
+        });
   });
 }

@@ -74,12 +74,8 @@ plait_status plait_store_digest(plait_store* store, int32_t level, int32_t threa
   });
 }
 
-plait_status plait_store_write_bounds(plait_store* store, const char* attribute) {
-  return plait_store_write_bounds_with_progress(store, attribute, nullptr, nullptr);
-}
-
-plait_status plait_store_write_bounds_with_progress(plait_store* store, const char* attribute,
-                                                    plait_progress progress, void* user) {
+plait_status plait_store_write_bounds(plait_store* store, const char* attribute,
+                                      plait_progress progress, void* user) {
   return guarded("plait_store_write_bounds", [&] {
     check_given(store, "store");
     plait::write_bounds(store->store, text_or(attribute, "position"), progress_by(progress, user));

@@ -58,7 +58,7 @@ endforeach()
 # A project around this one builds the twin that it links, and not the other.
 if(NOT PROJECT_IS_TOP_LEVEL AND NOT PLAIT_INSTALL)
   set_target_properties(plait plait_static plait_engine plait_backends plait_kernels plait_scans plait_jobs
-    plait_c
+    plait_c plait_library_headers
     PROPERTIES
     EXCLUDE_FROM_ALL ON)
 endif()

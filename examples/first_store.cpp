@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <filesystem>
 
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
@@ -7,6 +8,7 @@
 #include "plait/subdivide.h"
 
 int main() {
+  std::filesystem::remove_all("first.plait");  // of an earlier run
   plait::Store store = plait::Store::create(
       "first.plait",
       plait::lay_out(plait::read_base_mesh("molecule.ply"), plait::LayoutKind::kAutomatic),

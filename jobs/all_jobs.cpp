@@ -13,6 +13,7 @@ const std::vector<Job>& all_jobs() {
     made.push_back(import_job());
     made.push_back(remesh_job());
     made.push_back(compare_job());
+    made.push_back(export_job());
     made.push_back(convert_job());
     return made;
   }();

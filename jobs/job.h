@@ -286,6 +286,7 @@ const std::vector<Job>& all_jobs();
 // One for each table file.
 Job compare_job();
 Job convert_job();
+Job export_job();
 Job import_job();
 Job remesh_job();
 Job subdivide_job();

@@ -5,6 +5,7 @@
 #include "plait/detail/scheme.h"
 #include "plait/error.h"
 #include "plait/version.h"
+#include "uring/uring_backend.h"
 
 namespace plait {
 namespace {
@@ -23,6 +24,7 @@ Json backend_json(const RegisteredBackend& backend) {
   Json json = {{"name", backend.name}, {"summary", backend.summary}, {"available", true}};
   try {
     backend.check_machine();
+    if (backend.name == "uring") check_uring();  // pread would stand in for it
   } catch (const Error& error) {
     json["available"] = false;
     json["reason"] = error.what();

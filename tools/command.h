@@ -13,8 +13,8 @@ namespace plait {
 
 struct CommandContext {
   const Plugins& plugins;  ///< those that the user has named; complete when `run` is called
-  const BackendRegistry& backends;             ///< for new stores: plugins.backends()
-  const BackendRegistry& open_backends;        ///< for existing stores: with_stand_ins()
+  const BackendRegistry& backends;             ///< plugins.backends(), with_warnings()
+  const BackendRegistry& open_backends;        ///< the same
   std::vector<std::string> plugin_files = {};  ///< --plugin
   bool json = false;  ///< --json: standard output gets one JSON object and nothing else
   std::function<int()> run = nullptr;  ///< set by the parsed command; returns the exit status

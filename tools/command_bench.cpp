@@ -11,9 +11,10 @@
 #include <utility>
 
 #include "arguments.h"
-#include "backends/workloads.h"
 #include "command.h"
 #include "console.h"
+#include "json_text.h"
+#include "runs/workloads.h"
 
 namespace plait {
 namespace {
@@ -25,7 +26,7 @@ int run_list(const CommandContext& context) {
   for (const std::string& name : context.backends.names())
     backends[name] = context.backends.find(name).summary;
   if (context.json) {
-    print(nlohmann::ordered_json{{"workloads", workloads}, {"backends", backends}}.dump(2) + "\n");
+    print(json_text(nlohmann::ordered_json{{"workloads", workloads}, {"backends", backends}}));
     return kExitDone;
   }
   for (const auto& [title, entries] :
@@ -55,7 +56,7 @@ void add_bench_command(CommandLine& program, CommandContext& context) {
   add_bench_report_command(*command, context);
   add_bench_compare_command(*command, context);
   command->footer(
-      "docs/backends.md has advice, and docs/bench.md explains reports and records. --quick\n"
+      "docs/backends.md has advice, and docs/measuring.md explains reports and records. --quick\n"
       "writes records beside its page; after Ctrl-C, page and verdict are of what there is.\n"
       "\n"
       "Examples:\n"

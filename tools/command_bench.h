@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "backends/findings.h"
-#include "backends/plan.h"
-#include "backends/read_runs.h"
-#include "backends/record.h"
-#include "backends/runner.h"
 #include "command.h"
-#include "io/partial_output.h"
+#include "io/unpublished.h"
+#include "runs/findings.h"
+#include "runs/plan.h"
+#include "runs/read_runs.h"
+#include "runs/record.h"
+#include "runs/runner.h"
 
 namespace plait {
 

@@ -9,10 +9,11 @@
 #include <string>
 
 #include "arguments.h"
-#include "backends/comparison.h"
 #include "command_bench.h"
 #include "console.h"
+#include "json_text.h"
 #include "plait/error.h"
+#include "runs/comparison.h"
 
 namespace plait {
 namespace {
@@ -45,9 +46,7 @@ int run_compare(const BenchCompareArguments& arguments, const CommandContext& co
   const bench::RunSet after = bench::read_runs({arguments.after});
   const bench::SetComparison comparison = bench::compare(before, after, arguments.threshold);
   if (context.json)
-    print(bench::to_json(comparison)
-              .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
-          "\n");
+    print(json_text(bench::to_json(comparison)));
   else
     print(bench::to_text(comparison));
   return comparison.passes() ? kExitDone : kExitFailed;

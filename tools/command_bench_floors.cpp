@@ -10,7 +10,6 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "backends/floors.h"
 #include "command.h"
 #include "command_bench.h"
 #include "console.h"
@@ -18,6 +17,8 @@
 #include "instrument/environment.h"
 #include "instrument/scratch_directory.h"
 #include "interrupt.h"
+#include "json_text.h"
+#include "runs/floors.h"
 
 namespace plait {
 namespace {
@@ -42,15 +43,13 @@ int run_floors(const BenchFloorsArguments& arguments, const CommandContext& cont
       floors.push_back(std::move(floor));
     }
   }
-  print(context.json
-            ? nlohmann::ordered_json{{"command", command_text()},
-                                     {"date", instrument::date_text()},
-                                     {"environment", instrument::environment(instrument::disk_facts(
-                                                         directories.front()))},
-                                     {"floors", floors}}
-                      .dump(2) +
-                  "\n"
-            : bench::floor_table(floors));
+  print(context.json ? json_text(nlohmann::ordered_json{
+                           {"command", command_text()},
+                           {"date", instrument::date_text()},
+                           {"environment",
+                            instrument::environment(instrument::disk_facts(directories.front()))},
+                           {"floors", floors}})
+                     : bench::floor_table(floors));
   return kExitDone;
 }
 

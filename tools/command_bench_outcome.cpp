@@ -9,11 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "backends/report_page.h"
 #include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "plait/error.h"
+#include "runs/report_page.h"
+#include "store/new_output.h"
 
 namespace plait {
 
@@ -55,8 +57,7 @@ void print_outcome(const bench::Plan& plan, const BenchOutcome& outcome,
     report["left_out"] = plan.left_out;
     report["html"] = html.empty() ? nullptr : nlohmann::ordered_json(html.native());
     report["records"] = file.records();
-    return print(report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
-                 "\n");
+    return print(json_text(report));
   }
   print(bench::to_text(outcome.set, outcome.findings));
   for (const std::string& line : plan.chosen) print(line + "\n");
@@ -67,10 +68,10 @@ void print_outcome(const bench::Plan& plan, const BenchOutcome& outcome,
 void write_report_page(const std::filesystem::path& path, Existing existing,
                        const bench::RunSet& set, const bench::Findings& findings,
                        const std::string& command) {
-  PartialFile page(path, existing);
-  const std::string text = bench::to_page(set, findings, command);
-  build_output(page, [&] { page.file().write_at(0, std::as_bytes(std::span(text))); });
-  page.publish();
+  make_new_file(path, existing, report_warning, [&](UnpublishedFile& page) {
+    const std::string text = bench::to_page(set, findings, command);
+    page.file().write_at(0, std::as_bytes(std::span(text)));
+  });
 }
 
 }  // namespace plait

@@ -14,7 +14,6 @@
 #include "console.h"
 #include "interrupt.h"
 #include "plait/error.h"
-#include "store/left_overs.h"
 
 namespace plait {
 namespace {
@@ -36,7 +35,7 @@ std::filesystem::path place_of_records(const BenchQuickArguments& arguments, Exi
   if (!arguments.out.empty()) return arguments.out;
   std::filesystem::path path = arguments.html;
   path.replace_extension(".jsonl");
-  PartialFile::check(path, existing);
+  UnpublishedFile::check(path, existing);
   std::error_code failed;
   std::filesystem::remove(path, failed);
   if (failed) throw system_error("replace", path.native(), failed.value());
@@ -45,7 +44,7 @@ std::filesystem::path place_of_records(const BenchQuickArguments& arguments, Exi
 
 int run_quick(const BenchQuickArguments& arguments, const CommandContext& context) {
   const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
-  PartialFile::check(arguments.html, existing);
+  UnpublishedFile::check(arguments.html, existing);
   bench::PlanRequest request = arguments.request;
   if (!arguments.directories.empty()) request.disks.clear();
   for (const std::filesystem::path& directory : arguments.directories)
@@ -61,7 +60,6 @@ int run_quick(const BenchQuickArguments& arguments, const CommandContext& contex
   const bench::Plan plan = bench::make_plan(request, context.backends);
   refuse_full_disk(plan, 0);
   bench::RecordFile file(place_of_records(arguments, existing));
-  remove_left_overs_of(arguments.html, report_warning);
   bench::RunnerOptions options;
   options.seconds = arguments.seconds;
   options.stops_in_round = true;

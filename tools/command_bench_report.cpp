@@ -10,12 +10,12 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "backends/report_page.h"
 #include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
-#include "io/partial_output.h"
-#include "store/left_overs.h"
+#include "io/unpublished.h"
+#include "json_text.h"
+#include "runs/report_page.h"
 
 namespace plait {
 namespace {
@@ -34,10 +34,7 @@ std::string command_of(const BenchReportArguments& arguments) {
 
 int run_report(const BenchReportArguments& arguments, const CommandContext& context) {
   const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
-  if (!arguments.html.empty()) {
-    PartialFile::check(arguments.html, existing);
-    remove_left_overs_of(arguments.html, report_warning);
-  }
+  if (!arguments.html.empty()) UnpublishedFile::check(arguments.html, existing);
   const bench::RunSet set = bench::read_runs(arguments.runs);
   const bench::Findings findings = bench::find(set);
   throw_if_interrupted();
@@ -48,7 +45,7 @@ int run_report(const BenchReportArguments& arguments, const CommandContext& cont
     nlohmann::ordered_json report = bench::to_json(set, findings);
     report["html"] =
         arguments.html.empty() ? nullptr : nlohmann::ordered_json(arguments.html.native());
-    print(report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    print(json_text(report));
   } else {
     print(bench::to_text(set, findings));
     if (!arguments.html.empty()) print(fmt::format("{}: the page\n", arguments.html.native()));

@@ -15,6 +15,7 @@
 #include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -52,14 +53,12 @@ void print_bench_plan(const bench::Plan& plan, std::uint64_t limit_bytes, bool j
   std::uint64_t bytes = 0;
   for (const bench::Cell& cell : plan.cells) cells.push_back(bench::to_json(cell));
   for (const bench::PlannedDisk& disk : plan.disks) bytes += disk.needed_bytes;
-  print(nlohmann::ordered_json{{"cells", cells},
-                               {"needed_bytes", bytes},
-                               {"minutes", plan.minutes},
-                               {"auto", plan.chosen},
-                               {"left_out", plan.left_out},
-                               {"refused", bench::refusals(plan, limit_bytes)}}
-            .dump(2) +
-        "\n");
+  print(json_text(nlohmann::ordered_json{{"cells", cells},
+                                         {"needed_bytes", bytes},
+                                         {"minutes", plan.minutes},
+                                         {"auto", plan.chosen},
+                                         {"left_out", plan.left_out},
+                                         {"refused", bench::refusals(plan, limit_bytes)}}));
 }
 
 int run_cells(const BenchRunArguments& arguments, const CommandContext& context) {
@@ -85,10 +84,6 @@ int run_cells(const BenchRunArguments& arguments, const CommandContext& context)
 }
 
 void add_lists(CommandLine& command, PlanRequest& request) {
-  command
-      .add_option("--codec", request.codecs,
-                  "A pipeline for backends that compress; may be repeated")
-      ->allow_extra_args(false);
   command.add_parsed_option(
       "--workload", [&](const std::string& text) { request.workloads = words_of(text); },
       "Workloads with commas, or all (default); see plait bench list");
@@ -124,10 +119,6 @@ void add_rounds(CommandLine& command, const std::shared_ptr<BenchRunArguments>& 
       "--time",
       [arguments](const std::string& text) { arguments->runner.seconds = parse_seconds(text); },
       "After this no round begins beyond the fourth: 90s, 10m (default), 2h");
-  command
-      .add_option("--rate", arguments->request.rate,
-                  "Requests a second of patch workloads (an open loop); default: closed loop")
-      ->range(0.1, 1e6);
   add_whole_option(command, "--seed", arguments->runner.seed, 0, 1u << 30,
                    "Order of the cells, and the patches");
 }
@@ -198,8 +189,6 @@ void add_bench_run_command(CommandLine& bench, CommandContext& context) {
                   "Refuse to put more on a disk; a tenth of it stays free in any case");
   command->add_option("--out", arguments->out,
                       "Append records to this file, or continue it; default: keep none");
-  command->add_flag("--warm", arguments->runner.warm,
-                    "Leave the page cache as it is; every figure is labelled warm");
   command->add_flag("--no-fio", arguments->no_fio, "Measure floors by our own program only");
   command->add_flag("--dry-run", arguments->dry_run,
                     "Only print the cells, bytes, space and minutes");

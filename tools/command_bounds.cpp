@@ -11,6 +11,7 @@
 #include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/bounds.h"
 #include "plait/store.h"
@@ -40,7 +41,7 @@ int run_bounds(const BoundsArguments& arguments, const CommandContext& context) 
                                            {"attribute", arguments.attribute},
                                            {"faces", faces},
                                            {"seconds", clock.seconds()}};
-    print(report.dump(2) + "\n");
+    print(json_text(report));
   } else {
     print(fmt::format("{}: bounds of '{}' of {} patches, {:.2f} s\n", arguments.store.native(),
                       arguments.attribute, format_count(faces), clock.seconds()));

@@ -12,6 +12,7 @@
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/extend/attributed_mesh.h"
 #include "report_json.h"
@@ -36,7 +37,7 @@ int run_check(const CheckArguments& arguments, const CommandContext& context) {
                                            {"found", repairs_json(repaired.list)},
                                            {"repaired", figures_json(figures)},
                                            {"seconds", seconds_since_start()}};
-    print(report.dump(2) + "\n");
+    print(json_text(report));
     return kExitDone;
   }
   const bool clean = repaired.list.is_clean();

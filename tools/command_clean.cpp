@@ -14,6 +14,7 @@
 #include "console.h"
 #include "instrument/memory_limit.h"
 #include "instrument/scratch_directory.h"
+#include "json_text.h"
 #include "plait/extend/directory.h"
 #include "store/left_overs.h"
 
@@ -35,6 +36,8 @@ std::string cleaned_text(const Cleaned& cleaned, bool dry_run) {
   const std::string figures = fmt::format("{} ({})", left_over.name, format_bytes(left_over.bytes));
   if (left_over.in_use) return fmt::format("in use: {}\n", figures);
   if (cleaned.removed) return fmt::format("{}: {}\n", dry_run ? "left over" : "removed", figures);
+  if (left_over.foreign.empty())
+    return fmt::format("stays: {}, because some of its files cannot be removed\n", figures);
   return fmt::format("stays: {}, because plait did not make {}\n", figures,
                      fmt::join(left_over.foreign, ", "));
 }
@@ -54,6 +57,7 @@ std::vector<Cleaned> clean_measurements(const CleanArguments& arguments) {
 
 int run_clean(const CleanArguments& arguments, const CommandContext& context) {
   const Directory directory(arguments.directory);
+  int status = kExitDone;
   std::vector<Cleaned> all = clean_measurements(arguments);
   std::uint64_t removed_bytes = 0, removed_count = 0;
   for (LeftOver& left_over : find_left_overs(directory)) {
@@ -61,6 +65,7 @@ int run_clean(const CleanArguments& arguments, const CommandContext& context) {
     if (!left_over.in_use)
       cleaned.removed =
           arguments.dry_run ? left_over.foreign.empty() : remove_left_over(directory, left_over);
+    if (!left_over.in_use && !cleaned.removed && left_over.foreign.empty()) status = kExitFailed;
     cleaned.left_over = std::move(left_over);
   }
   for (const Cleaned& cleaned : all)
@@ -81,15 +86,15 @@ int run_clean(const CleanArguments& arguments, const CommandContext& context) {
                                            {"left_over", list},
                                            {"count", removed_count},
                                            {"bytes", removed_bytes}};
-    print(report.dump(2) + "\n");
-    return kExitDone;
+    print(json_text(report));
+    return status;
   }
   std::string text;
   for (const Cleaned& cleaned : all) text += cleaned_text(cleaned, arguments.dry_run);
   print(text + fmt::format("{}: {} of killed runs {}, {}\n", arguments.directory.native(),
                            removed_count, arguments.dry_run ? "can be removed" : "removed",
                            format_bytes(removed_bytes)));
-  return kExitDone;
+  return status;
 }
 
 }  // namespace
@@ -102,15 +107,17 @@ void add_clean_command(CommandLine& program, CommandContext& context) {
   command->add_flag("--dry-run", arguments->dry_run, "List the files, but remove nothing");
   add_json_option(*command, context);
   command->footer(
-      "plait makes an output in a directory NAME.partial-PID; repair works in STORE.repair-PID. "
-      "If a\n"
-      "run is killed, these directories stay. The next run with the same output removes them. "
-      "bench,\n"
+      "plait makes an output in a directory NAME.partial-HOST-START-RANDOM; repair works in\n"
+      "STORE.repair-... If a run is killed, these directories stay. The next run of this host with "
+      "the\n"
+      "same output removes them; those of other hosts are listed as in use. bench,\n"
       "tune and paper work in plait-scratch-XXXXXX and in control groups. This command removes "
       "those\n"
       "of all outputs and of all killed runs. It removes no directory that a running process has\n"
       "locked, and only directories that prove by their content that plait made them: by the file\n"
-      "plait-made or by the manifest of a store. An empty one is removed too.\n"
+      "plait-made or by the manifest of a store. An empty one is removed too. The exit status is 1 "
+      "if\n"
+      "a file of plait's cannot be removed.\n"
       "\n"
       "Examples:\n"
       "  plait clean . --dry-run\n"

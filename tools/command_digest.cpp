@@ -10,6 +10,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/digest.h"
 #include "plait/store.h"
@@ -44,7 +45,7 @@ int run_digest(const DigestArguments& arguments, const CommandContext& context) 
   nlohmann::ordered_json report = {{"store", arguments.store.string()}, {"digest", word}};
   if (arguments.level >= 0) report["level"] = arguments.level;
   report["seconds"] = clock.seconds();
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

@@ -20,14 +20,14 @@
 #include "copy_arguments.h"
 #include "displace/displace.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/recode_attribute.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "store/attribute_levels.h"
-#include "store/left_overs.h"
-#include "store/partial_store.h"
+#include "store/new_output.h"
 
 namespace plait {
 namespace {
@@ -138,14 +138,10 @@ int run_displace(const DisplaceArguments& arguments, const CommandContext& conte
   const StoreOptions options = options_of_copy(arguments, source, context.backends);
   const auto pipelines =
       pipelines_of_copy(arguments, source, context.backends.find(options.backend));
-  PartialStore output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
-  remove_left_overs_of(arguments.to, report_warning);
-
   Displaced displaced;
   std::uint64_t stored_bytes = 0;
-  build_output(output, [&] {
-    Store copy =
-        Store::create(output.make(), source.base(), options, context.backends, source.provenance());
+  const auto make = [&](const std::filesystem::path& path) {
+    Store copy = Store::create(path, source.base(), options, context.backends, source.provenance());
     copy_levels(source, copy,
                 [&](const Progress& now) { return progress.update(now.done, now.total, "copy"); });
     source.close();
@@ -154,21 +150,23 @@ int run_displace(const DisplaceArguments& arguments, const CommandContext& conte
     copy.commit();
     stored_bytes = copy.stored_bytes();
     copy.close();
-  });
-  progress.clear();
-  throw_if_interrupted();
-  output.publish(true, report_warning);
+    progress.clear();
+    throw_if_interrupted();
+  };
+  const std::filesystem::path made =
+      make_new_store(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse,
+                     Durability::kCommit, report_warning, make);
 
   if (!context.json) {
-    print_displace(how, displaced, output.final_path(), stored_bytes, clock.seconds());
+    print_displace(how, displaced, made, stored_bytes, clock.seconds());
     return kExitDone;
   }
   nlohmann::ordered_json report = displace_json(arguments, how, displaced);
-  report["store"] = output.final_path().string();
+  report["store"] = made.string();
   report["backend"] = options.backend;
   report["stored_bytes"] = stored_bytes;
   report["seconds"] = clock.seconds();
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

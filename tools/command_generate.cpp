@@ -14,11 +14,11 @@
 #include "console.h"
 #include "generate/generate.h"
 #include "interrupt.h"
-#include "io/partial_output.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/mesh_io.h"
 #include "progress.h"
-#include "store/left_overs.h"
+#include "store/new_output.h"
 
 namespace plait {
 namespace {
@@ -44,28 +44,24 @@ int run_generate(const GenerateArguments& arguments, const CommandContext& conte
   const GeneratorKind kind = generator_from_name(arguments.kind);
   require_extension("generate", arguments.output, ".ply");
   const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
-  PartialFile::check(arguments.output, existing);
-  remove_left_overs_of(arguments.output, report_warning);
   const Stopwatch clock;
-  const IndexedMesh mesh = generate_with_progress(kind, arguments, context);
-  PartialFile output(arguments.output, existing);
-  build_output(output, [&] { write_ply(output.file(), mesh); });
-  throw_if_interrupted();
-  output.publish();
+  IndexedMesh mesh;
+  const std::filesystem::path made =
+      make_new_file(arguments.output, existing, report_warning, [&](UnpublishedFile& output) {
+        mesh = generate_with_progress(kind, arguments, context);
+        write_ply(output.file(), mesh);
+        throw_if_interrupted();
+      });
 
   if (context.json) {
-    const nlohmann::ordered_json report = {{"kind", to_string(kind)},
-                                           {"file", output.final_path().string()},
-                                           {"vertices", mesh.positions.size()},
-                                           {"faces", mesh.faces.size()},
-                                           {"seed", arguments.seed},
-                                           {"seconds", clock.seconds()}};
-    print(report.dump(2) + "\n");
+    const nlohmann::ordered_json report = {
+        {"kind", to_string(kind)},    {"file", made.string()},  {"vertices", mesh.positions.size()},
+        {"faces", mesh.faces.size()}, {"seed", arguments.seed}, {"seconds", clock.seconds()}};
+    print(json_text(report));
   } else {
-    print(fmt::format("{}: {}, {} vertices, {} faces, seed {}, {:.2f} s\n",
-                      output.final_path().native(), to_string(kind),
-                      format_count(mesh.positions.size()), format_count(mesh.faces.size()),
-                      arguments.seed, clock.seconds()));
+    print(fmt::format("{}: {}, {} vertices, {} faces, seed {}, {:.2f} s\n", made.native(),
+                      to_string(kind), format_count(mesh.positions.size()),
+                      format_count(mesh.faces.size()), arguments.seed, clock.seconds()));
   }
   return kExitDone;
 }

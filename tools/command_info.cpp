@@ -15,6 +15,7 @@
 #include "build_report.h"
 #include "command.h"
 #include "console.h"
+#include "json_text.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/store_access.h"
 #include "plait/store.h"
@@ -338,14 +339,14 @@ void add_info_command(CommandLine& program, CommandContext& context) {
     context.run = [arguments, &context] {
       if (arguments->build) {
         const Json report = build_report(context.plugins);
-        print(context.json ? report.dump(2) + "\n" : build_text(report));
+        print(context.json ? json_text(report) : build_text(report));
         return kExitDone;
       }
       try {
         Store store = Store::open(arguments->path, OpenOptions(), context.open_backends);
         const Json report = store_report(store, context.backends);
         if (context.json)
-          print(report.dump(2) + "\n");
+          print(json_text(report));
         else
           print_info(report, store);
         return kExitDone;
@@ -358,7 +359,7 @@ void add_info_command(CommandLine& program, CommandContext& context) {
           print_closed_store(report);
           throw;
         }
-        print(report.dump(2) + "\n");  // has the error too: one object is all of the output
+        print(json_text(report));  // has the error too: one object is all of the output
         report_error(to_string(error.code()), error.what(), false);
         return exit_status(error.code());
       }

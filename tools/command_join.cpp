@@ -9,6 +9,7 @@
 #include "console.h"
 #include "job_command.h"
 #include "join_report.h"
+#include "json_text.h"
 
 namespace plait {
 namespace {
@@ -21,7 +22,7 @@ std::string join_text(const nlohmann::ordered_json& report) {
 
 /// The parts that are missing or damaged, as an array job takes them.
 int print_incomplete(const nlohmann::ordered_json& report, bool json) {
-  print((json ? report.dump(2) : report["array"].get<std::string>()) + "\n");
+  print(json ? json_text(report) : report["array"].get<std::string>() + "\n");
   return kExitIncomplete;
 }
 

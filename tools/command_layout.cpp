@@ -13,12 +13,12 @@
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
-#include "io/partial_output.h"
+#include "json_text.h"
 #include "measure.h"
 #include "picture/span_diagram.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
-#include "store/left_overs.h"
+#include "store/new_output.h"
 
 namespace plait {
 namespace {
@@ -130,14 +130,12 @@ int run_layout(const LayoutArguments& arguments, const CommandContext& context) 
     layouts.push_back({laid_out.kind, laid_out.spans, clock.seconds()});
     if (arguments.picture.empty()) continue;
     const std::filesystem::path path = picture_path(arguments, laid_out.kind);
-    PartialFile::check(path, Existing::kReplace);
-    remove_left_overs_of(path, report_warning);
-    PartialFile output(path, Existing::kReplace);
-    build_output(output, [&] { draw_span_diagram(laid_out.mesh, output.file()); });
-    output.publish();
+    make_new_file(path, Existing::kReplace, report_warning, [&](UnpublishedFile& output) {
+      draw_span_diagram(laid_out.mesh, output.file());
+    });
   }
   if (context.json)
-    print(layout_json(mesh, arguments, layouts).dump(2) + "\n");
+    print(json_text(layout_json(mesh, arguments, layouts)));
   else
     print_layout(mesh, arguments, layouts);
   return kExitDone;

@@ -16,10 +16,11 @@
 #include "console.h"
 #include "instrument/scratch_directory.h"
 #include "interrupt.h"
-#include "io/partial_output.h"
+#include "json_text.h"
 #include "paper/report.h"
 #include "plait/error.h"
 #include "progress.h"
+#include "store/new_output.h"
 
 namespace plait {
 namespace {
@@ -56,7 +57,8 @@ paper::ReportRequest paper_request_of(const PaperArguments& arguments) {
   if (arguments.markdown.empty()) return request;
   require_extension("write", arguments.markdown, ".md");
   make_directories(fs::absolute(arguments.markdown).parent_path());
-  PartialFile::check(arguments.markdown, arguments.force ? Existing::kReplace : Existing::kRefuse);
+  UnpublishedFile::check(arguments.markdown,
+                         arguments.force ? Existing::kReplace : Existing::kRefuse);
   if (arguments.pictures.empty()) {
     request.pictures_directory = arguments.markdown.parent_path() / "images";
     make_directories(request.pictures_directory);
@@ -81,12 +83,12 @@ int run_paper(const PaperArguments& arguments, const CommandContext& context) {
   if (!arguments.markdown.empty()) {
     const fs::path directory = arguments.markdown.parent_path();
     const std::string text = to_markdown(chapter, directory.empty() ? "." : directory);
-    PartialFile output(arguments.markdown,
-                       arguments.force ? Existing::kReplace : Existing::kRefuse);
-    build_output(output, [&] { output.file().write_at(0, std::as_bytes(std::span(text))); });
-    output.publish();
+    make_new_file(arguments.markdown, arguments.force ? Existing::kReplace : Existing::kRefuse,
+                  report_warning, [&](UnpublishedFile& output) {
+                    output.file().write_at(0, std::as_bytes(std::span(text)));
+                  });
   }
-  print(context.json ? report.dump(2) + "\n" : to_text(chapter));
+  print(context.json ? json_text(report) : to_text(chapter));
   if (interrupted) return kExitSignalBase + interrupt_signal();
   return report["failed"].get<bool>() ? kExitFailed : kExitDone;
 }

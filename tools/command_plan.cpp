@@ -27,12 +27,9 @@ std::string part_line(std::size_t number, const Json& part) {
 std::string what_is_planned(const Json& report) {
   std::string text;
   if (report.contains("pass")) {
-    const auto iterations = report["iterations"].get<std::uint32_t>();
-    text += fmt::format("pass {}{} over version {} of {} makes '{}'\n",
-                        report["pass"].get<std::string>(),
-                        iterations > 1 ? fmt::format(", {} iterations,", iterations) : "",
-                        report["version"].get<std::uint64_t>(), report["store"].get<std::string>(),
-                        report["attribute"].get<std::string>());
+    text += fmt::format("pass {} over version {} of {} makes '{}'\n",
+                        report["pass"].get<std::string>(), report["version"].get<std::uint64_t>(),
+                        report["store"].get<std::string>(), report["attribute"].get<std::string>());
   }
   if (report.contains("rates")) {
     const auto rate = [&](const char* name) { return report["rates"][name].get<double>(); };
@@ -84,15 +81,11 @@ void add_plan_command(CommandLine& program, CommandContext& context) {
        "With --pass, the parts are the shards of a store that plait join has made, and plait join\n"
        "commits its next version. A pass reads the last commit, so five iterations are five "
        "plans,\n"
-       "one after another, or one with --fuse-iterations 5, whose parts need no result of each "
-       "other\n"
-       "and compute more. The records are the same. smooth and noise replace the positions. "
-       "normals\n"
-       "makes or replaces the normals; no other pass does.\n"
+       "one after another. smooth and noise replace the positions. normals makes or replaces the\n"
+       "normals; no other pass does.\n"
        "\n"
        "Examples:\n"
        "  plait plan --pass smooth --factor 0.3 molecule.plait smooth1.plan\n"
-       "  plait plan --pass smooth --fuse-iterations 5 molecule.plait smooth5.plan\n"
        "  plait plan --pass normals molecule.plait normals.plan --sbatch normals.sh\n"
        "  plait plan molecule.ply molecule.plan --levels 5 --normals --parts 4\n"
        "  plait plan statue.ply statue.plan --levels 8 --parts 1000 --calibrate --sbatch statue.sh",

@@ -12,7 +12,7 @@
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
-#include "io/partial_output.h"
+#include "json_text.h"
 #include "measure.h"
 #include "picture/color_map.h"
 #include "picture/png_file.h"
@@ -20,7 +20,7 @@
 #include "progress.h"
 #include "render/shading.h"
 #include "render/surface.h"
-#include "store/left_overs.h"
+#include "store/new_output.h"
 
 namespace plait {
 namespace {
@@ -43,8 +43,7 @@ int run_render(const RenderArguments& arguments, const CommandContext& context) 
   const PictureSize size = parse_picture_size(arguments.size);
   const ViewAngles view = parse_view(arguments.view);
   require_extension("render to", arguments.output, ".png");
-  PartialFile::check(arguments.output, Existing::kReplace);
-  remove_left_overs_of(arguments.output, report_warning);
+  UnpublishedFile::check(arguments.output, Existing::kReplace);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   Store store = Store::open(arguments.store, open, context.open_backends);
@@ -73,21 +72,21 @@ int run_render(const RenderArguments& arguments, const CommandContext& context) 
     return shade(samples, camera, arguments.threads);
   }();
   if (colored) draw_legend(image, {color_by.attribute, color_by.range.low, color_by.range.high});
-  PartialFile output(arguments.output, Existing::kReplace);
-  build_output(output, [&] { write_png(image, output.file()); });
-  throw_if_interrupted();
-  output.publish();
+  const std::filesystem::path made = make_new_file(arguments.output, Existing::kReplace,
+                                                   report_warning, [&](UnpublishedFile& output) {
+                                                     write_png(image, output.file());
+                                                     throw_if_interrupted();
+                                                   });
 
   const std::uint64_t triangles = store.base().face_count()
                                   << (2 * relative_to_base(level, store.base_level()).refinements);
   if (!context.json) {
-    print(fmt::format("{}: {} x {} pixels, level {}, {} triangles, {:.2f} s\n",
-                      output.final_path().native(), size.width, size.height, level,
-                      format_count(triangles), clock.seconds()));
+    print(fmt::format("{}: {} x {} pixels, level {}, {} triangles, {:.2f} s\n", made.native(),
+                      size.width, size.height, level, format_count(triangles), clock.seconds()));
     return kExitDone;
   }
   nlohmann::ordered_json report = {{"store", arguments.store.string()},
-                                   {"file", output.final_path().string()},
+                                   {"file", made.string()},
                                    {"width", size.width},
                                    {"height", size.height},
                                    {"level", level},
@@ -98,7 +97,7 @@ int run_render(const RenderArguments& arguments, const CommandContext& context) 
     report["color_by"] = {{"attribute", color_by.attribute},
                           {"low", color_by.range.low},
                           {"high", color_by.range.high}};
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

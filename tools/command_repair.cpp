@@ -12,6 +12,8 @@
 #include "command.h"
 #include "console.h"
 #include "damage_report.h"
+#include "io/machine.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/verify.h"
 #include "progress.h"
@@ -99,10 +101,10 @@ int run_repair(const RepairArguments& arguments, const CommandContext& context) 
     return progress.update(now.done, now.total, now.phase);
   };
   // The user may give the store as ".". Only the absolute path has its name.
-  remove_left_overs_of(std::filesystem::absolute(arguments.store), report_warning);
+  remove_left_overs_of(absolute_path(arguments.store), report_warning);
   const RepairReport report = repair(arguments.store, options, context.open_backends);
   progress.clear();
-  print(context.json ? repair_json(arguments, report, clock.seconds()).dump(2) + "\n"
+  print(context.json ? json_text(repair_json(arguments, report, clock.seconds()))
                      : repair_text(arguments, report, clock.seconds()));
   return report.whole() ? kExitDone : kExitFailed;
 }

@@ -18,13 +18,13 @@
 #include "conversion/conversion_job.h"
 #include "instrument/environment.h"
 #include "interrupt.h"
-#include "io/partial_output.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/subdivision_job.h"
 #include "progress.h"
-#include "store/partial_store.h"
+#include "store/new_output.h"
 #include "tune/report.h"
 
 namespace plait {
@@ -106,9 +106,9 @@ std::filesystem::path output_of(const TuneArguments& arguments) {
 }
 
 void write_page(const TuneArguments& arguments, const std::string& page) {
-  PartialFile output(arguments.html, arguments.force ? Existing::kReplace : Existing::kRefuse);
-  output.file().write_at(0, std::as_bytes(std::span(page)));
-  output.publish();
+  make_new_file(
+      arguments.html, arguments.force ? Existing::kReplace : Existing::kRefuse, report_warning,
+      [&](UnpublishedFile& output) { output.file().write_at(0, std::as_bytes(std::span(page))); });
 }
 
 /// Makes the copy as `plait convert` does, and holds it against what the advice named.
@@ -152,8 +152,8 @@ int run_tune(const TuneArguments& arguments, const CommandContext& context) {
                 "tune: --apply converts a store, and this is a mesh: use the command that is "
                 "printed");
   // What would be refused at the end is refused at once.
-  if (!arguments.html.empty()) PartialFile::check(arguments.html, existing);
-  if (arguments.apply) PartialStore::check(output_of(arguments), existing);
+  if (!arguments.html.empty()) UnpublishedFile::check(arguments.html, existing);
+  if (arguments.apply) UnpublishedStore::check(output_of(arguments), existing);
   if (is_store)
     opened = Store::open(arguments.input, open, context.open_backends);
   else
@@ -183,7 +183,7 @@ int run_tune(const TuneArguments& arguments, const CommandContext& context) {
   if (!context.json) print(tune::to_text(findings, decision));
   if (arguments.apply && !findings.is_interrupted)
     report["applied"] = apply(arguments, context, findings.choices[decision.pick]);
-  if (context.json) print(report.dump(2) + "\n");
+  if (context.json) print(json_text(report));
   // What there is was reported; a script still has to know that the run was cut short.
   return findings.is_interrupted ? kExitSignalBase + interrupt_signal() : kExitDone;
 }

@@ -15,6 +15,7 @@
 #include "console.h"
 #include "damage_report.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/extend/check_store.h"
 #include "plait/store.h"
@@ -98,8 +99,7 @@ int run_verify(const VerifyArguments& arguments, const CommandContext& context) 
           verify(store, [&](const Progress& now) { return progress.update(now.done, now.total); });
   }
   found.seconds = clock.seconds();
-  print(context.json ? verify_json(arguments, found).dump(2) + "\n"
-                     : verify_text(arguments, found));
+  print(context.json ? json_text(verify_json(arguments, found)) : verify_text(arguments, found));
   return found.whole() ? kExitDone : kExitFailed;
 }
 

@@ -2,10 +2,14 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <functional>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "interrupt.h"
+#include "json_text.h"
 
 namespace plait {
 namespace {
@@ -50,7 +54,7 @@ std::string error_line(std::string_view message) { return "plait: " + one_line(m
 std::string error_object(std::string_view code, std::string_view message) {
   const nlohmann::ordered_json object = {
       {"error", {{"code", code}, {"message", one_line(message)}}}};
-  return object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return json_text(object);
 }
 
 void report_error(std::string_view code, std::string_view message, bool json) noexcept {
@@ -65,7 +69,11 @@ void report_error(std::string_view code, std::string_view message, bool json) no
 }
 
 void report_warning(std::string_view message) noexcept {
+  static std::mutex mutex;
+  static std::set<std::string, std::less<>> said;
   try {
+    const std::scoped_lock lock(mutex);
+    if (!said.emplace(message).second) return;
     std::fprintf(stderr, "plait: warning: %s\n", one_line(message).c_str());
   } catch (...) {
   }

@@ -30,7 +30,7 @@ std::string error_object(std::string_view code, std::string_view message);
 /// error_line() on standard error; with `json` also error_object() on standard output. Never
 /// throws.
 void report_error(std::string_view code, std::string_view message, bool json) noexcept;
-/// "plait: warning: MESSAGE" on standard error.
+/// "plait: warning: MESSAGE" on standard error, once for each message.
 void report_warning(std::string_view message) noexcept;
 
 }  // namespace plait

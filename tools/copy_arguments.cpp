@@ -29,12 +29,9 @@ Store open_source(const CopyArguments& arguments, const CommandContext& context)
 }
 
 CopyChoices choices_of(const CopyArguments& arguments) {
-  return {arguments.from,
-          arguments.to,
-          arguments.backend,
-          !arguments.compress.empty(),
-          arguments.block_bytes,
-          arguments.memory_bytes};
+  return {arguments.from,        arguments.to,
+          arguments.backend,     !arguments.compress.empty(),
+          arguments.block_bytes, arguments.memory_bytes};
 }
 
 }  // namespace plait

@@ -15,6 +15,7 @@
 #include "arguments.h"
 #include "console.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "plait/job.h"
 #include "progress.h"
 
@@ -113,7 +114,7 @@ int run_job_command(const JobCommand& command, const std::deque<GivenOption>& gi
     if (error.report().empty() || !command.failed) throw;
     return command.failed(nlohmann::ordered_json::parse(error.report()), context.json);
   }
-  print(context.json ? report.dump(2) + "\n" : command.text(report));
+  print(context.json ? json_text(report) : command.text(report));
   return kExitDone;
 }
 

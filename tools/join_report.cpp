@@ -6,18 +6,17 @@
 #include <string>
 
 #include "console.h"
+#include "json_text.h"
 
 namespace plait {
 
 int report_incomplete(const std::filesystem::path& plan, const JoinResult& parts, bool json) {
   for (const std::string& reason : parts.reasons) report_warning(reason);
   if (json)
-    print(nlohmann::ordered_json({{"plan", plan.string()},
-                                  {"missing", parts.missing},
-                                  {"bad", parts.bad},
-                                  {"array", parts.again()}})
-              .dump(2) +
-          "\n");
+    print(json_text(nlohmann::ordered_json({{"plan", plan.string()},
+                                            {"missing", parts.missing},
+                                            {"bad", parts.bad},
+                                            {"array", parts.again()}})));
   else
     print(parts.again() + "\n");
   return kExitIncomplete;
@@ -36,7 +35,7 @@ int report_join(const JoinResult& joined, const std::filesystem::path& plan,
                                          {"version", joined.version},
                                          {"digest", joined.digest},
                                          {"seconds", seconds}};
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

@@ -88,8 +88,8 @@ void load_plugins(Plugins& plugins, const std::vector<std::string>& files) {
 int run_program(int argument_count, char** arguments) {
   install_signal_handlers();
   Plugins plugins;
-  BackendRegistry open_backends = with_stand_ins(plugins.backends(), report_warning);
-  CommandContext context{plugins, plugins.backends(), open_backends};
+  BackendRegistry open_backends = with_warnings(plugins.backends(), report_warning);
+  CommandContext context{plugins, open_backends, open_backends};
   CommandLine program("Out-of-core subdivision surfaces: semi-regular meshes in a paged store",
                       "plait");
   program.version(std::string("plait ") + PLAIT_VERSION);
@@ -134,7 +134,7 @@ int run_program(int argument_count, char** arguments) {
     }
     if (uses_plugins(program)) {
       load_plugins(plugins, context.plugin_files);
-      open_backends = with_stand_ins(plugins.backends(), report_warning);
+      open_backends = with_warnings(plugins.backends(), report_warning);
     }
     const int status = context.run();
     flush_output();

@@ -1,4 +1,4 @@
-// tools/stand_ins.h: opens stores whose backend this machine cannot use.
+// tools/stand_ins.h: warns where another backend stands in for one that this machine cannot use.
 #pragma once
 
 #include <functional>
@@ -8,12 +8,10 @@
 
 namespace plait {
 
-/// A copy of `backends` for opening existing stores. If the kernel or this build refuses "uring",
-/// the copy uses "pread" instead, whose files are the same byte for byte. It calls `warn` with the
-/// reason when the first store is opened that way. For new stores use `backends` itself, which
-/// throws.
-/// Pinned by tests/tools/store_commands_test.cpp.
-BackendRegistry with_stand_ins(const BackendRegistry& backends,
-                               const std::function<void(const std::string&)>& warn);
+/// A copy of `backends` that calls `warn` for what a store cannot have on this machine when it is
+/// opened (plait/extend/notices.h), once for each line. For one thread. Pinned by
+/// tests/tools/store_commands_test.cpp.
+BackendRegistry with_warnings(const BackendRegistry& backends,
+                              const std::function<void(const std::string&)>& warn);
 
 }  // namespace plait

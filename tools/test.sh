@@ -2,13 +2,14 @@
 # Installs missing packages, builds, and runs all tests. The output ends with CTest's summary.
 #
 #   tools/test.sh [--preset NAME] [--target NAME]... [--threads] [--label REGEX] [--exclude-label REGEX]
-#                 [CTEST OPTION...]
+#                 [--warnings-are-errors] [CTEST OPTION...]
 #
 #   --preset NAME           a preset of CMakePresets.json; default release
 #   --target NAME           builds and runs only the test of this name; may be repeated
 #   --threads               builds and runs only the tests of code with threads (label threads)
 #   --label REGEX           only tests with such a label: fast (under a minute in all), slow
 #   --exclude-label REGEX   only tests without such a label
+#   --warnings-are-errors   as .ci/run has it; compiles everything once more
 #   anything else           is passed to ctest: -R NAME, --verbose, --rerun-failed ...
 #
 # The exit status is 0 if the build succeeded and every test passed. If no test ran, that is a
@@ -34,6 +35,9 @@ preset=release
 ctest_options=()
 targets=()
 build_options=()
+# Warnings are errors only where they are asked for: a user's compiler may have more warnings than ours, and
+# what tools/quickstart.sh has built is not compiled again for the sake of an option.
+warnings_are_errors=OFF
 while [ $# -gt 0 ]; do
   case $1 in
     --preset)
@@ -61,6 +65,10 @@ while [ $# -gt 0 ]; do
       ctest_options+=(--label-exclude "$2")
       shift 2
       ;;
+    --warnings-are-errors)
+      warnings_are_errors=ON
+      shift
+      ;;
     *)
       ctest_options+=("$1")
       shift
@@ -77,9 +85,7 @@ case $preset in
   asan-ubsan | tsan) ;;
   *) configure+=(-DPLAIT_EXAMPLES=ON -DPLAIT_BENCH=ON -DPLAIT_SLOW_TESTS=ON) ;;
 esac
-# Warnings are errors only in the release build of this script. With a sanitizer, the compiler gives
-# wrong warnings, so its preset decides. A user's compiler may have more warnings than ours.
-[ "$preset" != release ] || configure+=(-DPLAIT_WERROR=ON)
+[ "$preset" != release ] || configure+=("-DPLAIT_WERROR=$warnings_are_errors")
 cmake --preset "$preset" "${configure[@]}" --log-level=WARNING
 if [ ${#targets[@]} -gt 0 ]; then
   cmake --build --preset "$preset" --parallel "$jobs" --target "${targets[@]}"

@@ -8,29 +8,42 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 CoderPool::CoderPool(const PipelineRegistry& pipelines, const VolumeSpec& volume)
     : pipelines_(pipelines), volume_(volume) {}
 
+CoderPool::Room CoderPool::with(Room room, const Coding& coding, std::uint64_t raw_bytes) const {
+  room.max_raw_bytes = std::max(room.max_raw_bytes, raw_bytes);
+  const BlockCoder sample(pipelines_.make_codec(coding.codec), room.max_raw_bytes, coding.buffers,
+                          coding.scratch_bytes);
+  room.coder_bytes = std::max(room.coder_bytes, sample.memory_bytes() + coding.maker_bytes);
+  room.most_coders = static_cast<std::size_t>(
+      std::clamp<std::uint64_t>(volume_.most_scratch_bytes / room.coder_bytes, 1,
+                                static_cast<std::uint64_t>(std::max(1, volume_.threads))));
+  return room;
+}
+
+std::uint64_t CoderPool::memory_of(const Room& room) const noexcept {
+  return std::min(room.most_coders * room.coder_bytes, volume_.most_scratch_bytes);
+}
+
+CoderPool::Room CoderPool::room() const {
+  const std::scoped_lock lock(mutex_);
+  return room_;
+}
+
 void CoderPool::make_room_for(const Coding& coding, std::uint64_t raw_bytes) {
   const std::scoped_lock lock(mutex_);
-  if (raw_bytes > max_raw_bytes_) {
-    idle_.clear();
-    max_raw_bytes_ = raw_bytes;
-  }
-  const BlockCoder sample(pipelines_.make_codec(coding.codec), max_raw_bytes_, coding.buffers,
-                          coding.scratch_bytes);
-  coder_bytes_ = std::max(coder_bytes_, sample.memory_bytes() + coding.maker_bytes);
-  most_coders_ = static_cast<std::size_t>(
-      std::clamp<std::uint64_t>(volume_.most_scratch_bytes / coder_bytes_, 1,
-                                static_cast<std::uint64_t>(std::max(1, volume_.threads))));
-  idle_.reserve(most_coders_);
+  const Room grown = with(room_, coding, raw_bytes);
+  if (grown.max_raw_bytes > room_.max_raw_bytes) idle_.clear();
+  room_ = grown;
+  idle_.reserve(room_.most_coders);
 }
 
 std::uint64_t CoderPool::memory_bytes() const noexcept {
   const std::scoped_lock lock(mutex_);
-  return std::min(most_coders_ * coder_bytes_, volume_.most_scratch_bytes);
+  return memory_of(room_);
 }
 
 std::size_t CoderPool::most_coders() const noexcept {
   const std::scoped_lock lock(mutex_);
-  return most_coders_;
+  return room_.most_coders;
 }
 
 void CoderPool::shrink() noexcept {
@@ -43,7 +56,7 @@ KeptCoder CoderPool::take(const Coding& coding) {
   std::uint64_t max_raw_bytes = 0;
   {
     std::unique_lock lock(mutex_);
-    given_back_.wait(lock, [&] { return taken_ < most_coders_; });
+    given_back_.wait(lock, [&] { return taken_ < room_.most_coders; });
     const auto found = std::ranges::find(idle_, coding, &KeptCoder::coding);
     ++taken_;
     if (found != idle_.end()) {
@@ -52,8 +65,8 @@ KeptCoder CoderPool::take(const Coding& coding) {
       return kept;
     }
     // A coder of another coding makes room: its memory counts.
-    while (!idle_.empty() && idle_.size() + taken_ > most_coders_) idle_.erase(idle_.begin());
-    max_raw_bytes = max_raw_bytes_;
+    while (!idle_.empty() && idle_.size() + taken_ > room_.most_coders) idle_.erase(idle_.begin());
+    max_raw_bytes = room_.max_raw_bytes;
   }
   try {
     kept.coder = std::make_unique<BlockCoder>(pipelines_.make_codec(coding.codec), max_raw_bytes,
@@ -69,8 +82,8 @@ void CoderPool::give_back(KeptCoder kept) noexcept {
   {
     const std::scoped_lock lock(mutex_);
     --taken_;
-    if (kept.coder && kept.coder->max_raw_bytes() == max_raw_bytes_ &&
-        idle_.size() + taken_ < most_coders_)
+    if (kept.coder && kept.coder->max_raw_bytes() == room_.max_raw_bytes &&
+        idle_.size() + taken_ < room_.most_coders)
       idle_.push_back(std::move(kept));
   }
   given_back_.notify_one();

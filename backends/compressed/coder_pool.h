@@ -40,6 +40,16 @@ class CoderPool {
   /// Prepares for blocks of up to `raw_bytes` with this coding. Coders for smaller blocks are freed
   /// when their users return them. Errors: as PipelineRegistry::open().
   void make_room_for(const Coding& coding, std::uint64_t raw_bytes);
+  /// The coders that there may be, and how large they are.
+  struct Room {
+    std::uint64_t max_raw_bytes = 0, coder_bytes = 1;
+    std::size_t most_coders = 1;
+  };
+  Room room() const;
+  /// What make_room_for() makes of it. Errors: as PipelineRegistry::open().
+  Room with(Room room, const Coding& coding, std::uint64_t raw_bytes) const;
+  /// memory_bytes() with this room.
+  std::uint64_t memory_of(const Room& room) const noexcept;
   /// The most memory that all coders together take, but not more than `most_scratch_bytes`. The
   /// pool always has one coder; if that coder alone takes more, the rest is not counted here.
   std::uint64_t memory_bytes() const noexcept;
@@ -70,11 +80,10 @@ class CoderPool {
   const PipelineRegistry& pipelines_;
   VolumeSpec volume_;
   mutable std::mutex mutex_;
-  std::uint64_t max_raw_bytes_ = 0, coder_bytes_ = 1;
-  std::size_t most_coders_ = 1;
+  Room room_;
   std::condition_variable given_back_;
   std::size_t taken_ = 0;
-  std::vector<KeptCoder> idle_;  ///< has room for most_coders_
+  std::vector<KeptCoder> idle_;  ///< has room for room_.most_coders
 };
 
 PLAIT_END_NAMESPACE

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/caught.h"
 #include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
 #include "compressed/level_coder.h"
@@ -106,7 +107,7 @@ class CompressedLevel final : public Backend {
         write_block(*coder, transfer.block, transfer.context, transfer.memory);
       }
     } catch (...) {
-      error = std::current_exception();
+      error = caught_exception();
     }
     transfer.listener->finished(transfer, error);
   }
@@ -222,6 +223,19 @@ class CompressedVolume final : public Volume {
   CompressedVolume(std::shared_ptr<const PipelineRegistry> stages, const VolumeSpec& volume)
       : stages_(std::move(stages)), coders_(*stages_, volume) {}
 
+  std::uint64_t scratch_bytes_with(std::span<const FutureLevel> levels) const override {
+    CoderPool::Room room = coders_.room();
+    std::uint64_t most = coders_.memory_of(room);
+    for (const FutureLevel& level : levels) {
+      const Coding coding =
+          coding_of(level.pipeline,
+                    stages_->open(level.pipeline, {level.schema, &level.geometry, level.attribute,
+                                                   level.level, level.surroundings}));
+      room = coders_.with(room, coding, level.geometry.max_block_bytes());
+      most = std::max(most, coders_.memory_of(room));
+    }
+    return most;
+  }
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
     const FilterLevel filtered{
         level.schema, &level.geometry, level.table.attribute(), level.table.level(),

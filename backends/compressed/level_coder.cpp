@@ -12,15 +12,19 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+Coding coding_of(const Pipeline& pipeline, const OpenPipeline& open) {
+  return {pipeline.codec, std::min<std::size_t>(open.filters.size(), 2),
+          scratch_bytes(open.filters), open.maker ? open.maker->scratch_bytes() : 0};
+}
+
 LevelCoder::LevelCoder(const LevelSpec& level, OpenPipeline pipeline,
                        std::span<const BlockTable* const> open_tables)
     : path_(level.path()),
+      coding_(coding_of(level.pipeline, pipeline)),
       filters_(std::move(pipeline.filters)),
       context_(level, filters_, open_tables),
       maker_(std::move(pipeline.maker)),
-      why_no_maker_(std::move(pipeline.why_no_maker)),
-      coding_{level.pipeline.codec, std::min<std::size_t>(filters_.size(), 2),
-              scratch_bytes(filters_), maker_ ? maker_->scratch_bytes() : 0} {}
+      why_no_maker_(std::move(pipeline.why_no_maker)) {}
 
 std::size_t LevelCoder::sources_of(std::uint64_t block, Needed needed) const noexcept {
   return maker_ ? maker_->sources(block, needed) : 0;

@@ -18,6 +18,9 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+/// What coders of a level with this pipeline are made for.
+Coding coding_of(const Pipeline& pipeline, const OpenPipeline& open);
+
 /// Immutable; any number of threads may use it, each with a BlockCoder of its own. `given` is the
 /// context of a transfer (Transfer::context): that of context() or that of read_context().
 class LevelCoder {
@@ -56,11 +59,11 @@ class LevelCoder {
   Given for_filters(std::uint64_t block, Given given) const;
 
   std::filesystem::path path_;  ///< of the level, for messages
+  Coding coding_;
   Filters filters_;
   LevelContext context_;  ///< refers to filters_
   std::shared_ptr<const BlockMaker> maker_;
   std::string why_no_maker_;
-  Coding coding_;
 };
 
 PLAIT_END_NAMESPACE

@@ -4,7 +4,6 @@
 #include <sys/mman.h>
 
 #include <boost/interprocess/exceptions.hpp>
-#include <boost/interprocess/file_mapping.hpp>
 #include <boost/interprocess/mapped_region.hpp>
 #include <cerrno>
 
@@ -19,17 +18,20 @@ namespace {
 
 namespace interprocess = boost::interprocess;
 
+/// What mapped_region maps: an open file. (file_mapping of Boost opens a path, and another file may
+/// have the name by now.)
+struct OpenedFile {
+  int descriptor;
+  interprocess::mapping_handle_t get_mapping_handle() const { return {descriptor, false}; }
+};
+
 interprocess::mapped_region map_file(const File& file, std::uint64_t bytes) {
   if (bytes == 0) return {};
   if (const int error = before_operation({FileOperation::Kind::kMap, file.path()}).error;
       error != 0)
     throw system_error("map", file.path().native(), error);
   try {
-    // /proc/self/fd names the open file, even if another file has its name by now. The region stays
-    // valid without the file_mapping, which only holds a descriptor.
-    const std::string opened = fmt::format("/proc/self/fd/{}", file.descriptor());
-    return {interprocess::file_mapping(opened.c_str(), interprocess::read_only),
-            interprocess::read_only, 0, bytes};
+    return {OpenedFile{file.descriptor()}, interprocess::read_only, 0, bytes};
   } catch (const interprocess::interprocess_exception& failure) {
     throw Error(ErrorCode::kIo,
                 fmt::format("map {}: {} bytes: {}", file.path().native(), bytes, failure.what()))

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/machine.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
 
@@ -67,7 +68,7 @@ std::string loader_error() {
 
 OpenPlugin open_plugin(const std::filesystem::path& path) {
   // dlopen would search the system's folders for a name without '/'.
-  const std::filesystem::path absolute = std::filesystem::absolute(path);
+  const std::filesystem::path absolute = absolute_path(path);
   check_file(open_plugin_file(path));
   OpenPlugin plugin;
   plugin.handle = ::dlopen(absolute.c_str(), RTLD_NOW | RTLD_LOCAL);

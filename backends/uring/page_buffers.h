@@ -35,6 +35,16 @@ class PageBuffers {
   /// while none is needed often: a single buffer for callers whose memory is not aligned is not
   /// counted.
   std::uint64_t memory_bytes() const noexcept;
+  /// How many buffers there may be, and how large each one is.
+  struct Room {
+    bool often = false;
+    std::uint64_t buffer_bytes = 0, count = 1;
+  };
+  Room room() const noexcept;
+  /// What make_room_for() makes of it.
+  Room with(Room room, std::uint64_t bytes, bool often) const noexcept;
+  /// memory_bytes() with this room.
+  std::uint64_t memory_of(const Room& room) const noexcept;
   std::uint64_t count() const noexcept;
 
   class Lease {
@@ -77,8 +87,8 @@ class PageBuffers {
   std::uint64_t most_bytes_;
   mutable std::mutex mutex_;
   std::condition_variable given_back_;
-  bool often_ = false;
-  std::uint64_t buffer_bytes_ = 0, count_ = 1, taken_ = 0;
+  Room room_;
+  std::uint64_t taken_ = 0;
   std::vector<Buffer> idle_;  ///< has room for kMostBuffers, so that give_back() cannot fail
 };
 

@@ -1,11 +1,16 @@
 #include "plait/error.h"
+#include "uring/pread_instead.h"
 #include "uring/uring_backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-std::unique_ptr<Volume> open_uring_volume(const VolumeSpec&) {
-  check_uring();
-  return nullptr;
+std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
+  try {
+    check_uring();
+    return nullptr;
+  } catch (const Error& error) {
+    return std::make_unique<PreadInstead>(volume, error);
+  }
 }
 
 void check_uring() {

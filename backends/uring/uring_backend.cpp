@@ -9,16 +9,23 @@
 #include "uring/uring_backend.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <condition_variable>
 #include <cstring>
+#include <functional>
 #include <mutex>
+#include <string>
 #include <vector>
 
+#include "base/caught.h"
+#include "blocks/telling_volume.h"
 #include "io/file_operations.h"
+#include "io/system_call.h"
 #include "level_file.h"
 #include "plait/error.h"
 #include "uring/page_buffers.h"
+#include "uring/pread_instead.h"
 #include "uring/uring_ring.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -52,14 +59,17 @@ class Countdown final : public TransferListener {
 
 class UringBackend final : public Backend {
  public:
-  UringBackend(const LevelSpec& level, UringRing& ring, PageBuffers& buffers)
+  UringBackend(const LevelSpec& level, UringRing& ring, PageBuffers& buffers,
+               const std::function<void(const std::string&)>& tell)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         ring_(ring),
         buffers_(buffers),
+        tell_(tell),
         file_(open_fixed_file(level)),
-        direct_(open_direct(level)) {}
+        direct_(open_direct(level, tell)),
+        goes_past_cache_(direct_.is_open()) {}
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
@@ -85,15 +95,38 @@ class UringBackend final : public Backend {
  private:
   class BlockInFlight;
 
-  static File open_direct(const LevelSpec& level) {
+  /// Not open if the file system has no O_DIRECT: then all bytes go through the page cache.
+  static File open_direct(const LevelSpec& level,
+                          const std::function<void(const std::string&)>& tell) {
     try {
       return {level.directory, level.name,
               level.mode == OpenMode::kRead ? OpenMode::kRead : OpenMode::kReadWrite,
               Caching::kNone};
-    } catch (...) {
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::kNotSupported) {
+        tell_slower(tell, error.what());
+        return {};
+      }
       if (level.mode == OpenMode::kCreate) level.directory.remove_if_possible(level.name);
       throw;
     }
+  }
+
+  static void tell_slower(const std::function<void(const std::string&)>& tell,
+                          const std::string& reason) {
+    tell(reason + "; its blocks go through the page cache");
+  }
+
+  /// A file system may refuse O_DIRECT only when a transfer comes.
+  void give_up_direct() noexcept {
+    if (!goes_past_cache_.exchange(false)) return;
+    try {
+      tell_slower(tell_, file_.path().native() + ": its file system refuses transfers by O_DIRECT");
+    } catch (const std::exception&) {  // without memory, nobody is told
+    }
+  }
+  int descriptor(bool past_cache) const noexcept {
+    return past_cache ? direct_.descriptor() : file_.descriptor();
   }
 
   void transfer_all(Transfer::Direction direction, BlockRange blocks, std::span<std::byte> memory) {
@@ -121,8 +154,10 @@ class UringBackend final : public Backend {
   OpenMode mode_;
   UringRing& ring_;
   PageBuffers& buffers_;
+  std::function<void(const std::string&)> tell_;
   File file_;    ///< goes through the page cache
   File direct_;  ///< goes past the page cache
+  std::atomic<bool> goes_past_cache_;
 };
 
 /// One transfer. The object deletes itself when the transfer has ended.
@@ -164,16 +199,22 @@ class UringBackend::BlockInFlight final : public RingRequest {
     if (rest_.empty()) return end(nullptr);
     const FileOperationHook::Verdict verdict = before_operation(operation(rest_.size()));
     if (verdict.error != 0) return completed(-verdict.error);
+    if (exceeds_file_limit(operation(rest_.size()))) return completed(-EFBIG);
     // A request moves whole pages, at least one.
     const std::uint64_t most_bytes = std::max(verdict.most_bytes, kPageBytes);
+    past_cache_ = backend_.goes_past_cache_;
     backend_.ring_.submit(is_read() ? UringRing::Operation::kRead : UringRing::Operation::kWrite,
-                          backend_.direct_.descriptor(), rest_offset(),
+                          backend_.descriptor(past_cache_), rest_offset(),
                           rest_.first(std::min<std::uint64_t>(most_bytes, rest_.size())), *this);
   }
 
   void completed(int result) noexcept override {
     // -ECANCELED: the thread that submitted the request has ended. Submit it again.
     if (result == -EINTR || result == -EAGAIN || result == -ECANCELED) return submit_rest();
+    if (result == -EINVAL && past_cache_) {
+      backend_.give_up_direct();
+      return submit_rest();
+    }
     // O_DIRECT continues only at a page boundary. So only the whole pages count as moved.
     const auto moved = static_cast<std::size_t>(std::max(result, 0)) / kPageBytes * kPageBytes;
     if (moved == 0) return end(error_of(result));
@@ -189,7 +230,7 @@ class UringBackend::BlockInFlight final : public RingRequest {
         check_raw(backend_.geometry_, backend_.table_, {transfer_.block, 1}, transfer_.memory,
                   backend_.file_.path());
       } catch (...) {
-        error = std::current_exception();
+        error = caught_exception();
       }
     }
     if (error && !is_read()) backend_.table_.entries()[transfer_.block] = former_;
@@ -217,7 +258,7 @@ class UringBackend::BlockInFlight final : public RingRequest {
                                                std::to_string(rest_.size()) +
                                                " more bytes, found " + std::to_string(result)));
     } catch (...) {
-      return std::current_exception();
+      return caught_exception();
     }
   }
 
@@ -225,6 +266,7 @@ class UringBackend::BlockInFlight final : public RingRequest {
   Transfer& transfer_;
   BlockEntry former_;
   std::uint64_t offset_, head_bytes_ = 0;
+  bool past_cache_ = false;     ///< the request that is under way
   std::span<std::byte> pages_;  ///< the transfer's memory for whole pages
   PageBuffers::Lease aligned_;  ///< an aligned copy of pages_; empty if pages_ is aligned
   std::span<std::byte> rest_;   ///< the part of aligned_ or pages_ that is still to be moved
@@ -242,7 +284,7 @@ void UringBackend::start(Transfer& transfer) noexcept {
     made = std::make_unique<BlockInFlight>(*this, transfer);
     made->begin();
   } catch (...) {
-    const std::exception_ptr error = std::current_exception();
+    const std::exception_ptr error = caught_exception();
     if (made) return made.release()->end(error);
     return transfer.listener->finished(transfer, error);
   }
@@ -256,28 +298,57 @@ bool blocks_are_aligned(const LevelGeometry& geometry) {
   return true;
 }
 
-class UringVolume final : public Volume {
+class UringVolume final : public Volume, public TellingVolume {
  public:
   explicit UringVolume(const VolumeSpec& volume) : buffers_(volume.most_scratch_bytes) {}
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
-    auto backend = std::make_unique<UringBackend>(level, ring_, buffers_);
-    const std::uint64_t pages =
-        (level.geometry.max_block_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
-    buffers_.make_room_for(pages, !blocks_are_aligned(level.geometry));
+    auto backend = std::make_unique<UringBackend>(
+        level, ring_, buffers_, [this](const std::string& line) { keep_first_notice(line); });
+    buffers_.make_room_for(page_bytes_of(level.geometry), !blocks_are_aligned(level.geometry));
     return backend;
   }
   std::uint64_t scratch_bytes() const noexcept override { return buffers_.memory_bytes(); }
+  std::uint64_t scratch_bytes_with(std::span<const FutureLevel> levels) const override {
+    PageBuffers::Room room = buffers_.room();
+    std::uint64_t most = buffers_.memory_of(room);
+    for (const FutureLevel& level : levels) {
+      room =
+          buffers_.with(room, page_bytes_of(level.geometry), !blocks_are_aligned(level.geometry));
+      most = std::max(most, buffers_.memory_of(room));
+    }
+    return most;
+  }
+  std::vector<std::string> notices() const override {
+    const std::scoped_lock lock(mutex_);
+    return notices_;
+  }
 
  private:
+  static std::uint64_t page_bytes_of(const LevelGeometry& level) {
+    return (level.max_block_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
+  }
+  /// All levels are on one file system.
+  void keep_first_notice(const std::string& line) {
+    const std::scoped_lock lock(mutex_);
+    if (notices_.empty()) notices_.push_back(line);
+  }
+
   PageBuffers buffers_;
+  mutable std::mutex mutex_;  ///< guards notices_
+  std::vector<std::string> notices_;
   UringRing ring_;
 };
 
 }  // namespace
 
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
-  return std::make_unique<UringVolume>(volume);
+  try {
+    return std::make_unique<UringVolume>(volume);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kNotSupported) throw;
+    return std::make_unique<PreadInstead>(volume, error);
+  }
 }
 
 void check_uring() { UringRing::check_available(); }

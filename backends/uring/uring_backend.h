@@ -13,8 +13,9 @@ constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = tru
 
 /// All levels share one ring, and the page buffers for blocks whose memory is not aligned for
 /// O_DIRECT. A new file is preallocated.
-/// Errors: as check_uring(). open_level() throws as open_fixed_file does, and kNotSupported naming
-/// the file if its file system has no O_DIRECT.
+/// Where the kernel refuses io_uring, or plait was built without it, pread stands in; where the
+/// file system has no O_DIRECT, blocks go through the page cache: TellingVolume::notices() says so.
+/// open_level() throws as open_fixed_file does.
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 
 /// Throws kNotSupported if plait was built without liburing, or if the kernel refuses io_uring.

@@ -1,48 +1,89 @@
 #include "uring/uring_ring.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <string>
 #include <system_error>
 
+#include "base/threads.h"
+#include "io/descriptor.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The length of the queue. A store keeps far fewer transfers in flight. If the queue of
-/// completions is full, the kernel keeps further ones back.
-constexpr unsigned kEntries = 256;
+/// The length of the queue. Each transfer is handed over at once, so the queue is never longer than
+/// the number of threads that the kernel refuses at a time. If the queue of completions, which is
+/// twice as long, is full, the kernel keeps further ones back. The kernel counts the memory of a
+/// ring as locked, and with this length it is two pages.
+constexpr unsigned kEntries = 16;
 /// The most bytes that Linux moves in one call, rounded down to whole pages for O_DIRECT.
 constexpr std::size_t kMaxTransferBytes = 0x7ffff000;
 /// The pause before a submission is tried again, when the kernel has no room.
 constexpr std::chrono::microseconds kPause{50};
 
+/// What may have made the kernel refuse a ring.
+std::string limit_of(int error) {
+  rlimit limit{};
+  switch (error) {
+    case EPERM:
+      return " (kernel.io_uring_disabled, or a filter of system calls, as containers have)";
+    case ENOSYS:
+      return " (an old kernel, or a filter of system calls, as containers have)";
+    case ENOMEM:
+      return ::getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY
+                 ? fmt::format(" (locked memory: the limit RLIMIT_MEMLOCK, ulimit -l, is {} KiB)",
+                               limit.rlim_cur / 1024)
+                 : std::string();
+    case EMFILE:
+      return " (open files: the limit is RLIMIT_NOFILE, ulimit -n)";
+    default:
+      return {};
+  }
+}
+
 void set_up(io_uring& ring) {
-  if (const int result = ::io_uring_queue_init(kEntries, &ring, 0); result < 0)
+  // The kernel takes back the locked memory of a closed ring a little later.
+  constexpr int kAttempts = 12;
+  std::chrono::microseconds pause = kPause;
+  int result = 0;
+  {
+    const StandardStreamsTaken taken;
+    for (int attempt = 0; attempt < kAttempts; ++attempt, pause *= 2) {
+      result = ::io_uring_queue_init(kEntries, &ring, 0);
+      if (result != -ENOMEM && result != -EAGAIN && result != -EINTR) break;
+      std::this_thread::sleep_for(pause);
+    }
+  }
+  if (result < 0)
     throw Error(ErrorCode::kNotSupported,
-                fmt::format("open backend \"uring\": the kernel refuses io_uring: {}",
-                            std::generic_category().message(-result)));
+                fmt::format("open backend \"uring\": the kernel refuses io_uring: {}{}",
+                            std::generic_category().message(-result), limit_of(-result)));
 }
 
 }  // namespace
 
 void UringRing::check_available() {
+  static std::atomic<bool> available = false;
+  if (available) return;
   io_uring ring{};
   set_up(ring);
   ::io_uring_queue_exit(&ring);
+  available = true;
 }
 
 UringRing::UringRing(Submit with) : submit_(with) {
   set_up(ring_);
   try {
-    reaper_ = std::thread([this] { reap(); });
-  } catch (const std::system_error& failure) {
+    reaper_ = start_thread("the thread of io_uring", [this] { reap(); });
+  } catch (const Error&) {
     ::io_uring_queue_exit(&ring_);
-    throw Error(ErrorCode::kOutOfMemory,
-                fmt::format("start the thread of io_uring: {}", failure.code().message()));
+    throw;
   }
 }
 

@@ -34,7 +34,8 @@ class UringRing {
   /// io_uring_submit, or a replacement in a test.
   using Submit = int (*)(io_uring*);
 
-  /// Throws kNotSupported if the kernel refuses io_uring.
+  /// Throws kNotSupported if the kernel refuses io_uring; the message names the limit. Asks the
+  /// kernel until it has said yes once.
   static void check_available();
 
   /// Errors: kNotSupported if the kernel refuses io_uring; kOutOfMemory if no thread can be

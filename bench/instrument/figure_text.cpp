@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <sstream>
@@ -42,6 +43,11 @@ std::string printable(std::string text) {
   return text;
 }
 
+std::size_t width_of(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xc0) != 0x80; }));
+}
+
 std::string shortened(const std::string& text, std::size_t most) {
   std::size_t characters = 0, cut = 0;
   for (std::size_t at = 0; at < text.size(); ++at) {
@@ -55,7 +61,7 @@ std::string wrapped(const std::string& text, std::size_t width, const std::strin
   std::istringstream words(text);
   std::string lines, line;
   for (std::string word; words >> word;) {
-    if (!line.empty() && line.size() + 1 + word.size() > width) {
+    if (!line.empty() && width_of(line) + 1 + width_of(word) > width) {
       lines += line + "\n";
       line = indent + word;
     } else {

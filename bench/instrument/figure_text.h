@@ -18,11 +18,13 @@ nlohmann::ordered_json to_json(const Estimate& estimate);
 
 /// Without what moves a terminal's cursor: names come from foreign files.
 std::string printable(std::string text);
-/// At most so many characters of UTF-8, the last one "…" where some are left out. REQUIRES: most >
+/// Characters of UTF-8.
+std::size_t width_of(const std::string& text);
+/// At most `most` characters of UTF-8, the last one "…" where some are left out. REQUIRES: most >
 /// 0.
 std::string shortened(const std::string& text, std::size_t most);
-/// At most so many characters a line, broken between words; each line but the first begins with
-/// `indent`.
+/// Lines of at most `width` characters of UTF-8, broken between words; each line but the first
+/// begins with `indent`.
 std::string wrapped(const std::string& text, std::size_t width, const std::string& indent = "");
 
 }  // namespace plait::instrument

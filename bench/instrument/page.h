@@ -62,7 +62,8 @@ struct Table {
 /// A table without rows: its columns' names have '|' between them, and those of numbers '#' before.
 Table table_with(std::string_view columns, Caption caption = {});
 /// Lines with columns as wide as their widest cell, in characters and not in bytes, without what
-/// moves a terminal's cursor. A heading of an empty first column is left out like any other.
+/// moves a terminal's cursor. If a line would have more than 100 characters, the widest columns of
+/// text are narrowed, and their cells have several lines.
 std::string to_text(const Table& table);
 /// Rows of a Markdown table. A vertical bar in a cell is escaped.
 std::string to_markdown(const Table& table);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/replace.hpp>
+#include <sstream>
 
 #include "instrument/figure_text.h"
 #include "instrument/page.h"
@@ -10,13 +11,9 @@
 namespace plait::instrument {
 namespace {
 
-constexpr std::size_t kLineWidth = 110;
-
-/// Characters of UTF-8.
-std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xc0) != 0x80; }));
-}
+constexpr std::size_t kLineWidth = 100;
+/// A column of text is not made narrower than this.
+constexpr std::size_t kNarrowest = 14;
 
 /// The headings and the rows.
 std::vector<std::vector<std::string>> texts_of(const Table& table) {
@@ -24,6 +21,30 @@ std::vector<std::vector<std::string>> texts_of(const Table& table) {
   for (const Table::Column& column : table.columns) rows[0].push_back(column.name);
   for (const Table::Row& row : table.rows) rows.push_back(row.cells);
   return rows;
+}
+
+/// Narrows the widest columns of text until they fit into a line.
+void narrow(std::vector<std::size_t>& widths, const Table& table) {
+  std::size_t all = 2 * (widths.size() - 1);
+  for (const std::size_t width : widths) all += width;
+  for (; all > kLineWidth; --all) {
+    std::size_t* widest = nullptr;
+    for (std::size_t at = 0; at < widths.size(); ++at)
+      if (!table.columns[at].number && widths[at] > kNarrowest &&
+          (widest == nullptr || widths[at] > *widest))
+        widest = &widths[at];
+    if (widest == nullptr) return;
+    --*widest;
+  }
+}
+
+/// The lines of a cell in a column of this width.
+std::vector<std::string> lines_of(const std::string& cell, std::size_t width) {
+  if (width_of(cell) <= width) return {cell};
+  std::vector<std::string> lines;
+  std::istringstream text(wrapped(cell, width, {}));
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  return lines;
 }
 
 }  // namespace
@@ -49,15 +70,23 @@ std::string to_text(const Table& table) {
       widths[at] = std::max(widths[at], width_of(row[at]));
     }
   }
+  if (!widths.empty()) narrow(widths, table);
   std::string text;
   for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t at = 0; at < row.size(); ++at) {
-      const std::string space(widths[at] - width_of(row[at]), ' ');
-      line +=
-          (at == 0 ? "" : "  ") + (table.columns[at].number ? space + row[at] : row[at] + space);
+    std::vector<std::vector<std::string>> cells;
+    std::size_t height = 1;
+    for (std::size_t at = 0; at < row.size(); ++at)
+      height = std::max(height, cells.emplace_back(lines_of(row[at], widths[at])).size());
+    for (std::size_t down = 0; down < height; ++down) {
+      std::string line;
+      for (std::size_t at = 0; at < cells.size(); ++at) {
+        const std::string cell = down < cells[at].size() ? cells[at][down] : std::string();
+        const std::size_t width = width_of(cell);  // a word may be wider than its column
+        const std::string space(widths[at] - std::min(width, widths[at]), ' ');
+        line += (at == 0 ? "" : "  ") + (table.columns[at].number ? space + cell : cell + space);
+      }
+      text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
     }
-    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
   }
   return text;
 }

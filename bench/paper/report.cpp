@@ -6,7 +6,7 @@
 #include "instrument/environment.h"
 #include "instrument/process.h"
 #include "interrupt.h"
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "paper/mesh_figures.h"
 #include "picture/png_file.h"
 #include "plait/error.h"
@@ -116,7 +116,8 @@ struct ModelReport {
       step("pictures");
       const fs::path path = request.pictures_directory /
                             fmt::format("paper-{}-spans-{}.png", model.name, to_string(order));
-      PartialFile file(path, Existing::kReplace);
+      UnpublishedFile file(path, Existing::kReplace);
+      file.file();  // in this process
       in_child([&] {
         write_png(span_picture(read_base_mesh(request.mesh), order, kSpanPictureWidth),
                   file.file());

@@ -235,9 +235,8 @@ PLAIT_API plait_status plait_store_open(const char* path, const plait_open_optio
  * commit; otherwise to 1. */
 PLAIT_API plait_status plait_store_has_commit(const char* path, int32_t* has_commit);
 /* Publishes all levels and attributes as the next version, if anything has changed. Errors:
- * BAD_STATE, for example while a level is unfinished because work on it was cancelled; IO,
- * NO_SPACE.
- */
+ * BAD_STATE, for example while a level or base records are unfinished because work on them was
+ * cancelled; IO, NO_SPACE. */
 PLAIT_API plait_status plait_store_commit(plait_store* store);
 /* Brings the store back to its last commit, or, before the first one, to a store without
  * attributes: discards all changes, and what cancelled and failed work left. Errors: BAD_STATE
@@ -277,11 +276,15 @@ typedef struct plait_store_info {
   int32_t writable;
   int32_t limit;                  /* 1: positions were projected to the limit surface */
   plait_component_type precision; /* of the arithmetic that made the levels */
+  /* What this machine did not give the store when it was opened, one line each: a backend that the
+   * kernel refuses, so that another one reads its files; locks that the file system does not have.
+   * Empty: nothing. */
+  const char* notices;
 } plait_store_info;
 #define PLAIT_STORE_INFO_INIT                                                                     \
   {                                                                                               \
     sizeof(plait_store_info), NULL, NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, {0}, 0, \
-        0, 0, 0, 0, 0                                                                             \
+        0, 0, 0, 0, 0, NULL                                                                       \
   }
 PLAIT_API plait_status plait_store_get_info(const plait_store* store, plait_store_info* info);
 
@@ -449,27 +452,14 @@ typedef struct plait_subdivide_options {
 } plait_subdivide_options;
 #define PLAIT_SUBDIVIDE_OPTIONS_INIT \
   { sizeof(plait_subdivide_options), NULL, NULL, NULL, NULL, 1, 1, 0, 0, 0, 0 }
-/* Refines attribute "position" from its finest level to `levels`. Makes levels that an earlier call
- * left unfinished again. Does not commit at the end. Errors: INVALID_ARGUMENT; NOT_SUPPORTED (limit
- * positions of a scheme without them; "fused" in a store that has levels); BUDGET with the budget
- * that the whole work needs; BAD_STATE if only plait_store_roll_back() helps; CANCELLED, IO,
- * NO_SPACE. */
+/* Refines attribute "position" from its finest level to `levels`. Does not commit at the end.
+ * Errors before the first change: INVALID_ARGUMENT; NOT_SUPPORTED (limit positions of a scheme
+ * without them; "fused" in a store that has levels); BUDGET with the budget that the whole work
+ * needs; BAD_STATE, also if positions are unfinished. After any later error (CANCELLED, IO,
+ * NO_SPACE), call plait_store_roll_back(): until then nobody can read what is unfinished, or commit
+ * the store. */
 PLAIT_API plait_status plait_store_subdivide(plait_store* store,
                                              const plait_subdivide_options* options);
-
-/* One block of a level: `count` records, the first of which is that of vertex `first`. Valid during
- * the call. Returns 0 to cancel the work. */
-typedef int (*plait_edit)(void* records, uint64_t first, uint64_t count, void* user);
-enum {
-  PLAIT_ACCESS_UPDATE = 0,    /* the callback reads the old records and changes them */
-  PLAIT_ACCESS_OVERWRITE = 1, /* the callback writes every record; the old ones are not read */
-  PLAIT_ACCESS_READ = 2       /* the callback changes nothing; for plait_store_visit() */
-};
-/* Calls `edit` for each block of a level of an attribute, in ascending order. Vertices are numbered
- * as in plait_reader_read_vertices(). If `edit` cancels, the level stays unfinished: it
- * cannot be read or committed until a later pass has overwritten it. */
-PLAIT_API plait_status plait_store_apply(plait_store* store, const char* name, int32_t level,
-                                         int32_t access, plait_edit edit, void* user);
 
 #define PLAIT_DIGEST_BYTES 33
 #define PLAIT_ALL_LEVELS (-1)
@@ -480,15 +470,12 @@ PLAIT_API plait_status plait_store_digest(plait_store* store, int32_t level, int
                                           char text[PLAIT_DIGEST_BYTES]);
 
 /* Computes where the patches are (plait_reader_faces_in_box), and writes it to a file of the store.
- * `attribute` is float32 x 3 or float64 x 3; NULL stands for "position". Errors: NOT_SUPPORTED for
- * a store in memory; BAD_STATE for changes that are not committed; BUSY while another handle or
- * process writes a store that this one reads; IO, NO_SPACE. */
-PLAIT_API plait_status plait_store_write_bounds(plait_store* store, const char* attribute);
-/* The same. `progress` counts bytes of levels that are read; a call that it cancels changes
- * nothing, and fails with CANCELLED. */
-PLAIT_API plait_status plait_store_write_bounds_with_progress(plait_store* store,
-                                                              const char* attribute,
-                                                              plait_progress progress, void* user);
+ * `attribute` is float32 x 3 or float64 x 3; NULL stands for "position". `progress` may be NULL,
+ * and counts bytes of levels that are read. Errors: NOT_SUPPORTED for a store in memory; BAD_STATE
+ * for changes that are not committed; BUSY while another handle or process writes a store that this
+ * one reads; CANCELLED, IO, NO_SPACE: then nothing has changed. */
+PLAIT_API plait_status plait_store_write_bounds(plait_store* store, const char* attribute,
+                                                plait_progress progress, void* user);
 
 /* A block that plait_store_verify() found damaged. */
 typedef struct plait_damaged_block {
@@ -679,7 +666,8 @@ PLAIT_API plait_status plait_patch_writer_write_level(plait_patch_writer* writer
                                                       uint32_t face, int32_t level,
                                                       const void* records, uint64_t bytes);
 /* Ends the work: the levels can be read and committed, and the writer writes no more. Errors:
- * BAD_STATE if a patch is missing: the message names it, and the program may still write it. */
+ * BAD_STATE if a patch is missing: the message names it, and the program may still write it; also
+ * for a second call after one that succeeded. */
 PLAIT_API plait_status plait_patch_writer_finish(plait_patch_writer* writer);
 PLAIT_API plait_status plait_patch_writer_get_statistics(const plait_patch_writer* writer,
                                                          plait_paging_statistics* statistics);
@@ -729,6 +717,11 @@ PLAIT_API plait_status plait_reader_pin_vertices(const plait_reader* reader, con
 /* Ends a pin. Does nothing for NULL. */
 PLAIT_API void plait_pin_release(plait_pin* pin);
 
+enum {
+  PLAIT_ACCESS_UPDATE = 0,    /* the callback reads the old records and changes them */
+  PLAIT_ACCESS_OVERWRITE = 1, /* the callback writes every record; the old ones are not read */
+  PLAIT_ACCESS_READ = 2       /* the callback changes nothing */
+};
 /* An attribute that plait_store_visit() gives to its callback. */
 typedef struct plait_visit_attribute {
   const char* name;
@@ -759,19 +752,21 @@ typedef struct plait_vertex_batch {
 /* Computes on a batch. Returns 0 to cancel the work. */
 typedef int (*plait_visit_batch)(const plait_vertex_batch* batch, void* user);
 #define PLAIT_FINEST_LEVEL (-1)
-/* Gives every vertex of the levels up to `level` to `visit` once, in batches of about 65,000
- * vertices, in one pass over the files. The base mesh alone decides which neighbour of an inner
- * vertex is the first. With PLAIT_FINEST_LEVEL the attributes must have equally many levels. A pass
- * that reads rings of an attribute writes to another one; no attribute may be named twice. Neither
- * `visit` nor `progress` may call functions that change the store. `progress` may be NULL, and
- * counts vertices. Errors: NOT_FOUND, INVALID_ARGUMENT, BAD_STATE for a store that was opened for
- * reading, BUDGET with the budget that the pass needs, CANCELLED. After an error in the pass, the
- * levels that it writes are unfinished, as after plait_store_apply(). */
+/* Gives every vertex of the levels `first_level` to `level` to `visit` once, in batches of about
+ * 65,000 vertices, in one pass over the files. 0 and PLAIT_FINEST_LEVEL are all levels; twice the
+ * same number is one level. The other levels stay as they are. The base mesh alone decides which
+ * neighbour of an inner vertex is the first. With PLAIT_FINEST_LEVEL the attributes must have
+ * equally many levels. A pass that reads rings of an attribute writes to another one; no attribute
+ * may be named twice. Neither `visit` nor `progress` may call functions that change the store.
+ * `progress` may be NULL, and counts vertices. Errors: NOT_FOUND, INVALID_ARGUMENT, BAD_STATE for a
+ * store that was opened for reading, BUDGET with the budget that the pass needs, CANCELLED. After
+ * an error in the pass, the levels that it writes are unfinished: they cannot be read or committed
+ * until a later pass has overwritten them, or plait_store_roll_back(). */
 PLAIT_API plait_status plait_store_visit(plait_store* store,
                                          const plait_visit_attribute* attributes,
-                                         uint64_t attribute_count, int32_t level,
-                                         plait_visit_batch visit, plait_progress progress,
-                                         void* user);
+                                         uint64_t attribute_count, int32_t first_level,
+                                         int32_t level, plait_visit_batch visit,
+                                         plait_progress progress, void* user);
 
 /* ---- Jobs: whole works by their names ---- */
 
@@ -786,12 +781,13 @@ PLAIT_API void plait_text_release(plait_text* text);
  * "help", "default", "choices", "required", "position"}]}. Errors: INVALID_ARGUMENT for a name that
  * no job has. */
 PLAIT_API plait_status plait_job_options(const char* job, plait_text** options);
-/* Runs a job: "subdivide", "plan", "part", "join", "import", "remesh", "convert", "compare", as the
- * command of the program with this name does. Its options are those of the command, each a text
- * NAME=VALUE: "levels=5", "compress=@6=fast"; NAME alone for one that the command takes without a
- * value: "normals". What the command takes without a name is "input=..." and "output=...". Sizes
- * may have a unit: "64MiB". threads=0, the default, stands for all processors. `progress` and
- * `warning` may be NULL. Sets *report to what the job did, a JSON object: that of the command with
+/* Runs a job: "subdivide", "plan", "part", "join", "import", "remesh", "export", "convert",
+ * "compare", as the command of the program with this name does. Its options are those of the
+ * command, each a text NAME=VALUE: "levels=5", "compress=@6=fast"; NAME alone for one that the
+ * command takes without a value: "normals". What the command takes without a name is "input=..."
+ * and "output=...". Sizes may have a unit: "64MiB". threads=0, the default, stands for all
+ * processors. `progress` and `warning` may be NULL. Sets *report to what the job did, a JSON
+ * object: that of the command with
  * --json; `report` may be NULL. After an error or a cancel, nothing half-made is left; with the
  * option resume the last commit stays. Errors: INVALID_ARGUMENT for an option that the job does not
  * have, with those that it has, for a value that the option does not take, and for what the job

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <vector>
 
+#include "base/caught.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -19,7 +20,7 @@ void call_workers(const ParallelFor& parallel_for, int count, std::string_view n
   std::atomic<bool> wrong_call = false;
   std::mutex mutex;
   std::exception_ptr failure;
-  parallel_for(count, [&](int worker) noexcept {
+  parallel_for(count, [&](int worker) {
     if (worker < 0 || worker >= count || begun[static_cast<std::size_t>(worker)].exchange(true)) {
       wrong_call = true;
       return;
@@ -28,7 +29,7 @@ void call_workers(const ParallelFor& parallel_for, int count, std::string_view n
       work(worker);
     } catch (...) {
       const std::scoped_lock lock(mutex);
-      if (!failure) failure = std::current_exception();
+      keep_first(failure);
     }
     ++ended;
   });

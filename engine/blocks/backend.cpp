@@ -1,5 +1,7 @@
 #include "plait/extend/backend.h"
 
+#include "base/caught.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void Backend::start(Transfer& transfer) noexcept {
@@ -10,7 +12,7 @@ void Backend::start(Transfer& transfer) noexcept {
     else
       write({transfer.block, 1}, transfer.memory);
   } catch (...) {
-    error = std::current_exception();
+    error = caught_exception();
   }
   transfer.listener->finished(transfer, error);
 }

@@ -41,9 +41,9 @@ void check_not_fixed(const LevelFile& level) {
 }
 
 UnfinishedLevels::~UnfinishedLevels() {
-  for (const Added& added : levels_) {
-    --added.level->passes_under_way;
-    added.level->left_unfinished = true;
+  for (const Added& added : added_) {
+    added.records->left_unfinished = true;
+    --added.records->passes_under_way;
   }
 }
 
@@ -51,17 +51,22 @@ void UnfinishedLevels::add(LevelFile& level, Access access) {
   if (access == Access::kRead) return;
   check_not_fixed(level);
   level.backend->advise({0, level.geometry.block_count()}, Advice::kOverwrite);
-  level.first_missing_face = kNoId;
-  levels_.push_back({&level, access});
-  ++level.passes_under_way;
+  add_base(level, access);
+}
+
+void UnfinishedLevels::add_base(WrittenRecords& records, Access access) {
+  if (access == Access::kRead) return;
+  added_.push_back({&records, access});
+  records.first_missing_face = kNoId;
+  ++records.passes_under_way;
 }
 
 void UnfinishedLevels::finish() noexcept {
-  for (const Added& added : levels_) {
-    --added.level->passes_under_way;
-    if (added.access == Access::kOverwrite) added.level->left_unfinished = false;
+  for (const Added& added : added_) {
+    if (added.access == Access::kOverwrite) added.records->left_unfinished = false;
+    --added.records->passes_under_way;
   }
-  levels_.clear();
+  added_.clear();
 }
 
 PLAIT_END_NAMESPACE

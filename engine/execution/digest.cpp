@@ -174,7 +174,7 @@ Digest digest(const Store& store, const DigestOptions& options) try {
                             store.finest_level()));
   const int threads = thread_count(options.threads, "digest");
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
-    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+    for (int level = store.base_level(); level <= store.attributes()[id].finest_level; ++level)
       if (options.level == -1 || options.level == level)
         StoreAccess::check_readable(store, id, level);
   const StorePass under_way(store);

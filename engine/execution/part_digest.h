@@ -10,9 +10,9 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The sum of the hashes of the slots of a part's store (store/part_store.h), and of these base
-/// vertices, for these attributes. The sum of all parts and all attributes is the digest of the
-/// whole store. Errors: as digest().
+/// The sum of the hashes of the slots of a part's store (store/parts/part_store.h), and of these
+/// base vertices, for these attributes. The sum of all parts and all attributes is the digest of
+/// the whole store. Errors: as digest().
 Digest digest_of_part(const Store& store, std::span<const VertexId> vertices,
                       std::span<const AttributeId> attributes,
                       const ProgressCallback& progress = {});

@@ -28,6 +28,11 @@ constexpr std::size_t kMeshHeaderBytes = 32;
 constexpr int kZstdLevel = 3;
 /// A block of a zstd frame takes 4 bytes at least and gives so many at most.
 constexpr std::uint64_t kLeastBlockBytes = 4, kMostContentBytes = 1u << 17;
+/// For smaller meshes, the memory of the machine is not looked up.
+constexpr std::uint64_t kFreelyTakenBytes = 64u << 20;
+/// Of more content, a frame must have one byte for so many. A grid of whole numbers has one for
+/// 6,000.
+constexpr std::uint64_t kMostExpansion = 1u << 14;
 /// Of the number of the input's vertices; 0 if the file has no maps.
 constexpr std::size_t kInputVerticesOffset = 12;
 
@@ -43,12 +48,16 @@ void append_frame(std::vector<std::byte>& file, std::span<const std::byte> conte
   file.insert(file.end(), frame.get(), frame.get() + frame_bytes);
 }
 
+bool is_bomb(std::uint64_t frame_bytes, std::uint64_t content_bytes) {
+  return content_bytes > kFreelyTakenBytes && content_bytes / kMostExpansion > frame_bytes;
+}
+
 /// The bytes of the first frame. Returns 0 if the frame cannot have this content.
 std::size_t first_frame_bytes(std::span<const std::byte> frames, std::uint64_t content_bytes) {
   const std::size_t bytes = ZSTD_findFrameCompressedSize(frames.data(), frames.size());
   if (ZSTD_isError(bytes) ||
       ZSTD_getFrameContentSize(frames.data(), frames.size()) != content_bytes ||
-      content_bytes / kMostContentBytes > bytes / kLeastBlockBytes)
+      content_bytes / kMostContentBytes > bytes / kLeastBlockBytes || is_bomb(bytes, content_bytes))
     return 0;
   return bytes;
 }
@@ -71,9 +80,6 @@ std::unique_ptr<std::byte[]> take_frame(std::span<const std::byte>& frames,
                        ZSTD_isError(found) ? ZSTD_getErrorName(found) : "fewer bytes than stated");
   return nullptr;
 }
-
-/// For smaller meshes, the memory of the machine is not looked up.
-constexpr std::uint64_t kFreelyTakenBytes = 64u << 20;
 
 /// Zeros are small in a frame, so a small file can have a mesh that the machine cannot hold.
 void refuse_without_memory(const std::filesystem::path& path, std::uint64_t vertex_count,
@@ -118,6 +124,14 @@ StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh) {
     const InputMaps maps = mesh.input_maps();
     append_input_maps(bytes, maps.input_vertex_count, pack_maps(maps));
   }
+  // Readers would take the file for one that is made to take their memory.
+  if (is_bomb(bytes.size(), packed_mesh_bytes(mesh.vertex_count(), mesh.face_count())))
+    throw Error(
+        ErrorCode::kNotSupported,
+        fmt::format("create {}: expected a base mesh that compresses to 1/{} at most, found "
+                    "{} bytes for {} vertices and {} faces: move its vertices apart",
+                    store.path_of(kBaseMeshName).native(), kMostExpansion, bytes.size(),
+                    mesh.vertex_count(), mesh.face_count()));
   File file(store, kBaseMeshName, OpenMode::kCreate);
   file.write_at(0, bytes);
   file.sync();

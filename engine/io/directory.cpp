@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <stdio.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,6 +12,8 @@
 #include <memory>
 #include <utility>
 
+#include "io/descriptor.h"
+#include "io/locks.h"
 #include "io/system_call.h"
 #include "plait/error.h"
 
@@ -42,7 +43,7 @@ unsigned renaming_flags(Renaming renaming) {
 
 Directory::Directory(const std::filesystem::path& path) : path_(path) {
   descriptor_ = static_cast<int>(attempt({Kind::kOpen, path_}, [&](auto) {
-    return ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    return above_standard_streams(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   }));
   if (descriptor_ >= 0) return;
   if (errno == ENOTDIR)
@@ -54,8 +55,8 @@ Directory::Directory(const std::filesystem::path& path) : path_(path) {
 Directory::Directory(const Directory& parent, const std::string& name)
     : path_(parent.path_of(name)) {
   descriptor_ = static_cast<int>(attempt({Kind::kOpen, path_}, [&](auto) {
-    return ::openat(parent.descriptor_, name.c_str(),
-                    O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    return above_standard_streams(::openat(parent.descriptor_, name.c_str(),
+                                           O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
   }));
   if (descriptor_ >= 0) return;
   if (errno == ENOTDIR || errno == ELOOP)
@@ -91,7 +92,8 @@ Directory Directory::parent() const {
   const std::filesystem::path above = normal(path_).parent_path();
   Directory result;
   result.path_ = above.empty() ? std::filesystem::path(".") : above;
-  result.descriptor_ = ::openat(descriptor_, "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  result.descriptor_ =
+      above_standard_streams(::openat(descriptor_, "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (result.descriptor_ < 0) throw system_error("open", result.path_.native(), errno);
   return result;
 }
@@ -129,7 +131,8 @@ bool Directory::contains(const std::string& name, int descriptor) const {
 std::vector<std::string> Directory::names() const {
   // A new descriptor: the read position belongs to the open directory, so reading through
   // `descriptor_` would move it for all threads.
-  const int descriptor = ::openat(descriptor_, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int descriptor =
+      above_standard_streams(::openat(descriptor_, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (descriptor < 0) throw system_error("open", path_.native(), errno);
   struct Close {
     void operator()(DIR* stream) const { ::closedir(stream); }
@@ -207,16 +210,13 @@ bool Directory::rename(const std::string& from, const Directory& other, const st
 }
 
 void Directory::sync() const {
-  if (attempt({Kind::kSyncDirectory, path_}, [&](auto) { return ::fsync(descriptor_); }) < 0)
-    throw system_error("sync", path_.native(), errno);
+  if (attempt({Kind::kSyncDirectory, path_}, [&](auto) { return ::fsync(descriptor_); }) >= 0)
+    return;
+  // vboxsf, hgfs and some FUSE file systems cannot sync a directory, and answer so.
+  if (errno == EINVAL || errno == ENOSYS || errno == EOPNOTSUPP) return;
+  throw system_error("sync", path_.native(), errno);
 }
 
-bool Directory::lock(bool exclusive) const {
-  const int operation = (exclusive ? LOCK_EX : LOCK_SH) | LOCK_NB;
-  if (attempt({Kind::kLock, path_}, [&](auto) { return ::flock(descriptor_, operation); }) >= 0)
-    return true;
-  if (errno == EWOULDBLOCK) return false;
-  throw system_error("lock", path_.native(), errno);
-}
+bool Directory::lock(bool exclusive) const { return take_lock(descriptor_, exclusive, path_); }
 
 PLAIT_END_NAMESPACE

@@ -2,14 +2,16 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <string_view>
 #include <utility>
 
+#include "io/descriptor.h"
+#include "io/locks.h"
 #include "io/process.h"
 #include "io/system_call.h"
 #include "plait/error.h"
@@ -67,8 +69,9 @@ void File::open(const OpenTarget& target, OpenMode mode, Caching caching) {
                     (caching == Caching::kNone ? O_DIRECT : 0);
   const FileOperation operation{mode == OpenMode::kCreate ? Kind::kCreate : Kind::kOpen, path_};
   File opened;
-  opened.descriptor_ = static_cast<int>(attempt(
-      operation, [&](auto) { return ::openat(target.directory, target.name, flags, 0644); }));
+  opened.descriptor_ = static_cast<int>(attempt(operation, [&](auto) {
+    return above_standard_streams(::openat(target.directory, target.name, flags, 0666));
+  }));
   struct stat status {};
   if (opened.descriptor_ < 0) {
     const int error = errno;
@@ -149,12 +152,29 @@ void File::resize(std::uint64_t bytes) {
 }
 
 void File::preallocate(std::uint64_t bytes) {
-  if (bytes == 0) return;
-  if (attempt({Kind::kPreallocate, path_, 0, bytes}, [&](auto) {
-        errno = ::posix_fallocate(descriptor_, 0, static_cast<off_t>(bytes));
-        return errno == 0 ? 0 : -1;
-      }) < 0)
-    throw system_error("preallocate", path_.native(), errno);
+  // An interrupted call on tmpfs gives back all that it has allocated. So the pieces get smaller
+  // until one fits between two signals.
+  constexpr std::uint64_t kLeastPiece = std::uint64_t{1} << 16;
+  constexpr int kMostInterruptions = 1000;
+  std::uint64_t piece = bytes;
+  int interruptions = 0;
+  for (std::uint64_t done = 0; done < bytes;) {
+    const std::uint64_t count = std::min(piece, bytes - done);
+    const ssize_t result = attempt_once({Kind::kPreallocate, path_, done, count}, [&](auto) {
+      errno = ::posix_fallocate(descriptor_, static_cast<off_t>(done), static_cast<off_t>(count));
+      return errno == 0 ? 0 : -1;
+    });
+    if (result >= 0) {
+      done += count;
+      interruptions = 0;
+    } else if (errno == EINTR && ++interruptions < kMostInterruptions) {
+      piece = std::max(kLeastPiece, piece / 2);
+    } else if (errno == EOPNOTSUPP || errno == EINVAL || errno == ENOSYS) {
+      return;  // the file system cannot allocate: a full disk is then an error of a later write
+    } else {
+      throw system_error("preallocate", path_.native(), errno);
+    }
+  }
 }
 
 void File::sync() {
@@ -162,13 +182,7 @@ void File::sync() {
     throw system_error("sync", path_.native(), errno);
 }
 
-bool File::lock(bool exclusive) {
-  const int operation = (exclusive ? LOCK_EX : LOCK_SH) | LOCK_NB;
-  if (attempt({Kind::kLock, path_}, [&](auto) { return ::flock(descriptor_, operation); }) >= 0)
-    return true;
-  if (errno == EWOULDBLOCK) return false;
-  throw system_error("lock", path_.native(), errno);
-}
+bool File::lock(bool exclusive) { return take_lock(descriptor_, exclusive, path_); }
 
 void File::close() {
   if (descriptor_ < 0) return;

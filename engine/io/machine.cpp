@@ -1,5 +1,6 @@
 #include "io/machine.h"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -11,6 +12,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "plait/error.h"
 
@@ -89,6 +91,17 @@ std::uint64_t left_of_address_space() {
 
 }  // namespace
 
+std::filesystem::path absolute_path(const std::filesystem::path& path) {
+  std::error_code failure;
+  std::filesystem::path result = std::filesystem::absolute(path, failure);
+  if (failure)
+    throw Error(ErrorCode::kNotFound, fmt::format("open {}: the path is relative, and the current "
+                                                  "directory is not there any more",
+                                                  path.native()))
+        .about(path);
+  return result;
+}
+
 std::uint64_t available_memory_bytes() {
   const std::uint64_t kibibytes = number_after("/proc/meminfo", "MemAvailable:", kAny);
   return std::min({kibibytes == kAny ? kAny : kibibytes * 1024, left_in_memory_groups(),
@@ -96,7 +109,7 @@ std::uint64_t available_memory_bytes() {
 }
 
 std::uint64_t free_disk_bytes(const std::filesystem::path& path) {
-  fs::path at = fs::absolute(path);
+  fs::path at = absolute_path(path);
   struct statvfs status {};
   while (::statvfs(at.c_str(), &status) != 0) {
     if ((errno != ENOENT && errno != ENOTDIR) || !at.has_relative_path())

@@ -1,5 +1,6 @@
-// io/machine.h: free memory and free disk space of the machine, to check before a long run
-// begins. Other processes use the machine too, so each figure may be out of date a moment later.
+// io/machine.h: the current directory, free memory and free disk space of the machine, to check
+// before a long run begins. Other processes use the machine too, so each figure may be out of date
+// a moment later.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,10 @@
 #include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_NAMESPACE
+
+/// The path from the root. Errors: kNotFound for a relative path if the current directory has been
+/// removed.
+std::filesystem::path absolute_path(const std::filesystem::path& path);
 
 /// Bytes that this process can still allocate without swapping. This is the minimum of three
 /// figures: the available memory of the system (MemAvailable in /proc/meminfo), the free memory in

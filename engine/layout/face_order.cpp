@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/threads.h"
 #include "layout/hilbert.h"
 #include "layout/reverse_cuthill_mckee.h"
 #include "plait/error.h"
@@ -46,13 +47,15 @@ template <class KeyOf>
 std::vector<FaceId> sorted_by(std::size_t face_count, KeyOf key_of) {
   using Key = decltype(key_of(FaceId{}));
   std::vector<std::pair<Key, FaceId>> keyed_faces(face_count);
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, face_count, 1 << 14),
-      [&](const tbb::blocked_range<std::size_t>& range) {
-        for (std::size_t face = range.begin(); face < range.end(); ++face)
-          keyed_faces[face] = {key_of(static_cast<FaceId>(face)), static_cast<FaceId>(face)};
-      });
-  tbb::parallel_sort(keyed_faces.begin(), keyed_faces.end());
+  on_workers([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, face_count, 1 << 14),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+          for (std::size_t face = range.begin(); face < range.end(); ++face)
+            keyed_faces[face] = {key_of(static_cast<FaceId>(face)), static_cast<FaceId>(face)};
+        });
+  });
+  on_workers([&] { tbb::parallel_sort(keyed_faces.begin(), keyed_faces.end()); });
   std::vector<FaceId> order(keyed_faces.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = keyed_faces[i].second;
   return order;

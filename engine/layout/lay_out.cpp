@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "base/threads.h"
 #include "layout/spans.h"
 #include "plait/error.h"
 #include "plait/layout.h"
@@ -29,8 +30,10 @@ Candidate try_layout(const BaseMesh& mesh, LayoutKind kind) {
 Candidate best_layout(const BaseMesh& mesh) {
   std::array<Candidate, 3> candidates;
   constexpr std::array kKinds{LayoutKind::kSpatial, LayoutKind::kHilbert, LayoutKind::kRcm};
-  tbb::parallel_for(std::size_t{0}, kKinds.size(),
-                    [&](std::size_t i) { candidates[i] = try_layout(mesh, kKinds[i]); });
+  on_workers([&] {
+    tbb::parallel_for(std::size_t{0}, kKinds.size(),
+                      [&](std::size_t i) { candidates[i] = try_layout(mesh, kKinds[i]); });
+  });
   std::size_t best = 0;
   for (std::size_t i = 1; i < candidates.size(); ++i)
     if (candidates[i].span < candidates[best].span) best = i;

@@ -10,6 +10,8 @@
 #include <span>
 #include <utility>
 
+#include "base/threads.h"
+
 namespace plait::layout {
 namespace {
 
@@ -19,18 +21,20 @@ using Neighbours = std::vector<std::array<FaceId, 3>>;
 
 Neighbours find_neighbours(const Topology& topology) {
   Neighbours neighbours(topology.faces.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, neighbours.size(), 1 << 14),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t face = range.begin(); face < range.end(); ++face) {
-                        std::size_t degree = 0;
-                        neighbours[face].fill(kNoId);
-                        for (int side = 0; side < 3; ++side) {
-                          const FaceSide beyond =
-                              topology.across(FaceSide(static_cast<FaceId>(face), side));
-                          if (beyond.exists()) neighbours[face][degree++] = beyond.face();
+  on_workers([&] {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, neighbours.size(), 1 << 14),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                        for (std::size_t face = range.begin(); face < range.end(); ++face) {
+                          std::size_t degree = 0;
+                          neighbours[face].fill(kNoId);
+                          for (int side = 0; side < 3; ++side) {
+                            const FaceSide beyond =
+                                topology.across(FaceSide(static_cast<FaceId>(face), side));
+                            if (beyond.exists()) neighbours[face][degree++] = beyond.face();
+                          }
                         }
-                      }
-                    });
+                      });
+  });
   return neighbours;
 }
 

@@ -250,6 +250,7 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) tr
   const RegisteredBackend& backend = version.find_backend(backends);
   result.options = version.options();
   result.provenance = description.provenance;
+  result.in_shards = version.shard_count() > 0;
   for (const AttributeRecord& attribute : description.attributes)
     result.attributes.push_back({attribute.schema, description.finest_level(attribute)});
   StructureCheck(store, version, backend, result).run();

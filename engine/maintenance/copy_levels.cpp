@@ -57,8 +57,7 @@ struct CopiedLevel {
 
 void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId copy,
                     const ProgressCallback& progress, Rounder* rounder) try {
-  for (int level = from.base_level() + 1; level <= from.attributes()[attribute].finest_level;
-       ++level)
+  for (int level = from.base_level(); level <= from.attributes()[attribute].finest_level; ++level)
     StoreAccess::check_readable(from, attribute, level);
   const auto edges = static_cast<EdgeId>(from.base().edge_count());
   const std::uint64_t total_bytes = bytes_of_levels(from, attribute);

@@ -23,8 +23,9 @@ std::string free_name(const Store& store) {
 /// After this call, reading a level reads and decodes its file.
 void drop_from_memory(Store& store, AttributeId attribute) {
   StoreAccess::pager(store).flush();
-  for (int level = store.base_level() + 1; level <= store.attributes()[attribute].finest_level;
-       ++level) {
+  // Blocks of finer levels hold those of coarser ones that they are encoded from.
+  for (int level = store.attributes()[attribute].finest_level; level > store.base_level();
+       --level) {
     LevelFile& file = StoreAccess::level_file(store, attribute, level);
     StoreAccess::pager(store).detach(file);
     StoreAccess::pager(store).attach(file);

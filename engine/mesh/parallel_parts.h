@@ -9,6 +9,8 @@
 #include <exception>
 #include <vector>
 
+#include "base/caught.h"
+#include "base/threads.h"
 #include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -25,12 +27,14 @@ constexpr std::size_t part_count(std::size_t count) {
 template <class Body>
 void for_parts(std::size_t count, Body body) {
   std::vector<std::exception_ptr> failures(part_count(count));
-  tbb::parallel_for(std::size_t{0}, failures.size(), [&](std::size_t part) {
-    try {
-      body(part * kPartElements, std::min((part + 1) * kPartElements, count), part);
-    } catch (...) {
-      failures[part] = std::current_exception();
-    }
+  on_workers([&] {
+    tbb::parallel_for(std::size_t{0}, failures.size(), [&](std::size_t part) {
+      try {
+        body(part * kPartElements, std::min((part + 1) * kPartElements, count), part);
+      } catch (...) {
+        failures[part] = caught_exception();
+      }
+    });
   });
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);

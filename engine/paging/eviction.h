@@ -22,10 +22,9 @@ class Eviction {
 
 /// EvictionPolicy::kLayoutOrder: evicts the block whose last edge comes first in layout order. All
 /// levels have the same edge order, so the windows of all levels cover the same edges, and no level
-/// needs a share of its own. A block that was needed as context counts with the place of the
-/// block that needed it, and stays for a multiple of its own number of edges after that: its
-/// neighbours may lie far away in layout order, and reading it again costs as much as decoding all
-/// that it needs.
+/// needs a share of its own. A context block is ordered by the block that needed it last, plus
+/// a multiple of its own length (paging/frame.cpp): its neighbours may lie far away in layout
+/// order, and reading it again costs as much as decoding all that it needs.
 class WindowEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override { frames_.insert(frame); }

@@ -5,8 +5,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// For how many times as many edges as it has itself a window keeps a block that is context of
-/// others. docs/benchmarks.md has figures for other numbers.
+/// A window keeps a context block for 32 times its own length, counted in edges. docs/benchmarks.md
+/// has figures for other numbers.
 constexpr std::uint64_t kContextLengths = 32;
 
 }  // namespace

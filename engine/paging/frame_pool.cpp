@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kMostSlabBytes = std::size_t{8} << 20;
 constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{256} << 10;
-constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the capacity must have room
-/// A slab is mapped to the end of a huge page if that wastes no more than one byte of so many.
+constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the budget must have room
+/// A slab is mapped to the end of a huge page if that wastes at most one byte in this number.
 constexpr std::size_t kBytesOfWaste = 128;
 /// Each bare frame may be a mapping of its own, and Linux allows a process 65,530 of them.
 constexpr std::size_t kMostSlabs = 1024;
@@ -66,14 +66,13 @@ void FramePool::release() noexcept {
   for (const Slab& slab : slabs_) ::munmap(slab.memory, slab.bytes);
   slabs_.clear();
   idle_bytes_ = 0;
-  if (shared_) shared_->give_back(std::exchange(lent_bytes_, 0));
 }
 
 std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
   if (!kHasSlabs || bytes < kLeastFrameOfSlab || bytes > kMostSlabBytes) return nullptr;
   const auto [frames, slab_bytes, other_bytes] =
-      slab_shape(bytes, std::min<std::uint64_t>(kMostSlabBytes, capacity_bytes() / kLeastSlabs));
-  if (frames == 0 || used_bytes_ + frames * bytes > capacity_bytes() || slabs_.size() == kMostSlabs)
+      slab_shape(bytes, std::min<std::uint64_t>(kMostSlabBytes, budget_bytes() / kLeastSlabs));
+  if (frames == 0 || used_bytes_ + frames * bytes > budget_bytes() || slabs_.size() == kMostSlabs)
     return nullptr;
   size.fresh.reserve(frames);
   size.bare.reserve(size.in_slabs + frames);
@@ -133,32 +132,10 @@ std::byte* FramePool::pop(Idle*& list) noexcept {
   return reinterpret_cast<std::byte*>(std::exchange(list, list->next));
 }
 
-bool FramePool::may_use(std::uint64_t bytes) noexcept {
-  if (!return_surplus() && used_bytes_ + bytes > budget_bytes()) return false;
-  if (used_bytes_ + bytes <= capacity_bytes()) return true;
-  if (!shared_) return false;
-  const std::uint64_t more = used_bytes_ + bytes - capacity_bytes();
-  if (!shared_->lend(lent_bytes_, more)) return false;
-  lent_bytes_ += more;
-  return true;
-}
-
-bool FramePool::return_surplus() noexcept {
-  if (lent_bytes_ == 0) return true;
-  const std::uint64_t portion = shared_->portion_bytes();
-  if (lent_bytes_ <= portion) return true;
-  const std::uint64_t unused = capacity_bytes() - std::min(capacity_bytes(), used_bytes_);
-  const std::uint64_t returned = std::min(lent_bytes_ - portion, unused);
-  lent_bytes_ -= returned;
-  make_room(0);
-  shared_->give_back(returned);
-  return lent_bytes_ <= portion;
-}
-
 void FramePool::make_room(std::uint64_t bytes) noexcept {
   for (auto largest = sizes_.rbegin(); largest != sizes_.rend(); ++largest) {
     auto& [frame_bytes, size] = *largest;
-    while (used_bytes_ + idle_bytes_ + bytes > capacity_bytes()) {
+    while (used_bytes_ + idle_bytes_ + bytes > budget_bytes()) {
       if (!size.fresh.empty()) {
         free_idle(size, size.fresh.back(), frame_bytes);
         size.fresh.pop_back();
@@ -211,7 +188,7 @@ bool FramePool::reserve(std::uint64_t bytes) noexcept {
 
 void FramePool::set_aside(std::uint64_t bytes) noexcept {
   aside_bytes_ = std::min(bytes, budget_bytes_);
-  if (used_bytes_ <= capacity_bytes()) make_room(0);
+  if (used_bytes_ <= budget_bytes()) make_room(0);
 }
 
 PLAIT_END_NAMESPACE

@@ -19,16 +19,13 @@
 #include <vector>
 
 #include "plait/detail/namespace.h"
-#include "plait/extend/budget.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The pager's lock protects it.
 class FramePool {
  public:
-  /// `shared`, if it is not nullptr, lends memory beyond `budget_bytes`, and must outlive the pool.
-  explicit FramePool(std::uint64_t budget_bytes, Budget* shared = nullptr)
-      : budget_bytes_(budget_bytes), shared_(shared) {}
+  explicit FramePool(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
   ~FramePool();
   FramePool(const FramePool&) = delete;
   FramePool& operator=(const FramePool&) = delete;
@@ -47,27 +44,22 @@ class FramePool {
   bool reserve(std::uint64_t bytes) noexcept;
   void unreserve(std::uint64_t bytes) noexcept { used_bytes_ -= bytes; }
 
-  /// Returns all idle memory, and what is borrowed. REQUIRES: no frame is in use.
+  /// Returns all idle memory. REQUIRES: no frame is in use.
   void release() noexcept;
 
   /// Reserves `bytes` of the budget for other memory than frames.
   void set_aside(std::uint64_t bytes) noexcept;
 
-  /// Gives back what is borrowed beyond the store's portion, as far as no frame uses it. Returns
-  /// false if more should be given back.
-  bool return_surplus() noexcept;
-
-  /// The part of the budget that is for frames, without borrowed memory.
+  /// The part of the budget that is for frames.
   std::uint64_t budget_bytes() const { return budget_bytes_ - aside_bytes_; }
-  /// The whole budget that has so many bytes for frames. What a backend keeps for itself may grow
-  /// with the budget, to a quarter of it.
+  /// The whole budget of which `frame_bytes` are for frames. What a backend keeps for itself may
+  /// grow with the budget, to a quarter of it.
   std::uint64_t needed_budget(std::uint64_t frame_bytes) const {
     return aside_bytes_ == 0 ? frame_bytes
                              : std::max(frame_bytes + aside_bytes_, (4 * frame_bytes + 2) / 3);
   }
-  bool is_shared() const { return shared_ != nullptr; }
-  /// No more memory can ever be used.
-  std::uint64_t most_bytes() const { return shared_ ? shared_->bytes() : budget_bytes_; }
+  /// The whole budget: no more memory can ever be used.
+  std::uint64_t most_bytes() const { return budget_bytes_; }
   std::uint64_t used_bytes() const { return used_bytes_; }  ///< of frames in use
   std::uint64_t peak_bytes() const { return peak_bytes_; }
 
@@ -89,10 +81,8 @@ class FramePool {
     std::size_t bytes, frames, bare_frames;
   };
 
-  std::uint64_t capacity_bytes() const { return budget_bytes() + lent_bytes_; }
-  /// Whether frames may take so much more. Borrows for it.
-  bool may_use(std::uint64_t bytes) noexcept;
-  /// Returns idle memory to the system until `bytes` fit into the capacity.
+  bool may_use(std::uint64_t bytes) const { return used_bytes_ + bytes <= budget_bytes(); }
+  /// Returns idle memory to the system until `bytes` fit into the budget.
   void make_room(std::uint64_t bytes) noexcept;
   static std::byte* pop(Idle*& list) noexcept;
   /// Maps a slab and returns its first frame, or nullptr if frames of this size are better taken
@@ -105,8 +95,6 @@ class FramePool {
   std::byte* take_bare(Size& size) noexcept;
 
   std::uint64_t budget_bytes_, aside_bytes_ = 0;
-  Budget* shared_;
-  std::uint64_t lent_bytes_ = 0;  ///< borrowed from `shared_`
   std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
   std::map<std::uint64_t, Size> sizes_;  ///< those that were prepared
   std::vector<Slab> slabs_;              ///< by address

@@ -19,8 +19,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// that of frames, so the noexcept functions never fail.
 class FrameTable {
  public:
-  explicit FrameTable(std::uint64_t budget_bytes, Budget* shared = nullptr)
-      : pool_(budget_bytes, shared) {}
+  explicit FrameTable(std::uint64_t budget_bytes) : pool_(budget_bytes) {}
   /// REQUIRES: every frame is vacant.
   ~FrameTable() = default;
   FrameTable(const FrameTable&) = delete;

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <system_error>
 
-#include "plait/error.h"
+#include "base/threads.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -19,14 +18,10 @@ IoQueue::~IoQueue() {
 }
 
 void IoQueue::start_threads() {
-  try {
-    while (threads_.size() < static_cast<std::size_t>(thread_count_))
-      threads_.emplace_back([this] { work(); });
-  } catch (const std::system_error& failure) {
-    throw Error(ErrorCode::kOutOfMemory,
-                fmt::format("start I/O thread {} of {}: {}", threads_.size() + 1, thread_count_,
-                            failure.code().message()));
-  }
+  while (threads_.size() < static_cast<std::size_t>(thread_count_))
+    threads_.push_back(
+        start_thread(fmt::format("I/O thread {} of {}", threads_.size() + 1, thread_count_),
+                     [this] { work(); }));
 }
 
 void IoQueue::submit(QueuedTransfer& transfer) noexcept {

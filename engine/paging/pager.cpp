@@ -16,25 +16,13 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads,
-                                      std::shared_ptr<Budget> shared, StoreEvents events)
+                                      StoreEvents events)
     : events_(std::move(events)),
-      shared_(std::move(shared)),
-      part_bytes_(budget_bytes),
-      table_(budget_bytes, shared_.get()),
+      table_(budget_bytes),
       sessions_(table_.pool()),
-      transfers_(io_threads, *this) {
-  if (shared_) shared_->join(*this, part_bytes_);
-}
+      transfers_(io_threads, *this) {}
 
-Pager::Implementation::~Implementation() {
-  discard();
-  if (!shared_) return;
-  {
-    const Lock lock(mutex_);
-    table_.pool().release();  // before another store may take the part
-  }
-  shared_->leave(*this, part_bytes_);
-}
+Pager::Implementation::~Implementation() { discard(); }
 
 void Pager::Implementation::attach(LevelFile& level) {
   check_usable();
@@ -47,6 +35,8 @@ void Pager::Implementation::detach(LevelFile& level) {
   Lock lock(mutex_);
   if (!table_.is_attached(level)) return;
   stop_transfers(lock, &level);
+  for (Frame& frame : table_.frames())
+    if (frame.content.level == &level) drop_context(frame);
   for (Frame& frame : table_.frames())
     if (frame.content.level == &level) drop(frame);
   table_.detach(level);
@@ -221,10 +211,9 @@ PagingStatistics Pager::Implementation::statistics(const SessionState& session) 
   return session.statistics;
 }
 
-Pager::Pager(std::uint64_t budget_bytes, int io_threads, std::shared_ptr<Budget> shared,
-             StoreEvents events)
-    : implementation_(std::make_unique<Implementation>(budget_bytes, io_threads, std::move(shared),
-                                                       std::move(events))) {}
+Pager::Pager(std::uint64_t budget_bytes, int io_threads, StoreEvents events)
+    : implementation_(
+          std::make_unique<Implementation>(budget_bytes, io_threads, std::move(events))) {}
 Pager::~Pager() = default;
 void Pager::attach(LevelFile& level) { implementation_->attach(level); }
 void Pager::detach(LevelFile& level) { implementation_->detach(level); }

@@ -56,17 +56,6 @@ void Pager::Implementation::tell(Lock& lock, StoreEvent::Kind kind, const Frame:
   lock.lock();
 }
 
-void Pager::Implementation::shrink() noexcept {
-  Lock lock(mutex_);
-  for (std::uint32_t index = 0; index < table_.frames().size() && !table_.pool().return_surplus();
-       ++index) {
-    Frame& frame = table_[index];
-    if (frame.content.state == State::kClean && Sessions::is_placed(frame) && frame.pins.close())
-      evict(lock, frame);
-  }
-  table_.pool().return_surplus();
-}
-
 bool Pager::Implementation::may_open(const Frame& frame) noexcept {
   const Frame::Content& content = frame.content;
   return (content.state == State::kClean || content.state == State::kDirty) && content.session &&

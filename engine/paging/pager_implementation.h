@@ -21,11 +21,10 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-class Pager::Implementation final : public TransferListener, public Budget::Borrower {
+class Pager::Implementation final : public TransferListener {
  public:
-  Implementation(std::uint64_t budget_bytes, int io_threads, std::shared_ptr<Budget> shared,
-                 StoreEvents events);
-  ~Implementation() override;
+  Implementation(std::uint64_t budget_bytes, int io_threads, StoreEvents events);
+  ~Implementation();
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
@@ -66,7 +65,6 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   PagingStatistics statistics(const SessionState& session) const;
 
   void finished(Transfer& transfer, std::exception_ptr error) noexcept override;
-  void shrink() noexcept override;
 
  private:
   using Direction = Transfer::Direction;
@@ -158,8 +156,6 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
 
   PagingStatistics statistics_;
   const StoreEvents events_;
-  const std::shared_ptr<Budget> shared_;
-  const std::uint64_t part_bytes_;  ///< of `shared_`
   FrameTable table_;
   Sessions sessions_;
   /// PinCalls that are not waiting for a free frame. They may free frames that they have taken.

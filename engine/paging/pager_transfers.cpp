@@ -1,9 +1,11 @@
 // The part of the pager that ends transfers, waits for them, prefetches and flushes.
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <utility>
 #include <vector>
 
+#include "base/caught.h"
 #include "paging/pager_implementation.h"
 #include "paging/pin_batch.h"
 #include "plait/error.h"
@@ -85,7 +87,7 @@ bool Pager::Implementation::prefetch(SessionState& session, const LevelFile& lev
   Lock lock(mutex_);
   try {
     return begin_prefetch(lock, session, level, block, level.geometry.edge_after(block));
-  } catch (...) {
+  } catch (const std::exception&) {
     return false;  // the pin of the block will get the error
   }
 }
@@ -190,7 +192,7 @@ void Pager::Implementation::write_in_memory(Frame& frame) noexcept {
     if (frame.content.writers == 0) become(frame, State::kClean);
     count_transfer(frame, Direction::kWrite);
   } catch (...) {
-    fail(std::current_exception());
+    fail(caught_exception());
   }
 }
 

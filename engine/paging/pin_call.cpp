@@ -189,16 +189,13 @@ void Pager::Implementation::PinCall::refuse_room(std::uint64_t needed_bytes) {
   throw Error(
       ErrorCode::kBudget,
       fmt::format("page in {}: at least {} bytes of frames are needed and {} of {} are available; "
-                  "{}{}",
+                  "{}",
                   batch_[0].level->path.native(), needed_bytes,
                   budget - std::min(pinned_bytes, budget), budget,
                   needed_bytes > budget
                       ? fmt::format("raise the budget to {} bytes",
                                     pager_.table_.pool().needed_budget(needed_bytes))
-                      : "the others are pinned: end pins or views, or raise the budget",
-                  pager_.table_.pool().is_shared()
-                      ? "; this is the store's part, and the shared budget lends no more"
-                      : ""));
+                      : "the others are pinned: end pins or views, or raise the budget"));
 }
 
 void Pager::Implementation::PinCall::add_writer(std::size_t at) noexcept {

@@ -42,8 +42,7 @@ void PinnedLevel::need_edges_of(const PinnedLevel& other) {
 
 BlockRequest PinnedLevel::request(std::uint64_t block) const {
   if (!written_) return {*file_, block};
-  const bool keeps_slots = !written_->partly_written.empty() && written_->partly_written[block];
-  return {*written_, block, blocks_[block].was_pinned || keeps_slots ? Access::kUpdate : access_};
+  return {*written_, block, blocks_[block].was_pinned ? Access::kUpdate : access_};
 }
 
 void PinnedLevel::pin_needed(Session& session, std::span<PinnedLevel> levels) {

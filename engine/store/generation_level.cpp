@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/caught.h"
 #include "format/file_names.h"
 #include "plait/extend/file.h"
 
@@ -109,7 +110,7 @@ void GenerationLevel::start(Transfer& transfer) noexcept {
     if (&target == &new_) transfer.listener = std::make_unique<Renewal>(*this, *listener).release();
     target.backend->start(transfer);
   } catch (...) {
-    listener->finished(transfer, std::current_exception());
+    listener->finished(transfer, caught_exception());
   }
 }
 

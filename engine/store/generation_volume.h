@@ -33,6 +33,9 @@ class GenerationVolume final : public Volume {
   /// Opens all files that the level's table names; `level.name` is that of the whole one.
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override;
   std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
+  std::uint64_t scratch_bytes_with(std::span<const FutureLevel> levels) const override {
+    return inner_->scratch_bytes_with(levels);
+  }
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override;
 
  private:

@@ -10,8 +10,10 @@
 
 #include "base/byte_text.h"
 #include "format/file_names.h"
+#include "io/locks.h"
 #include "io/made_mark.h"
-#include "io/partial_output.h"
+#include "io/own_machine.h"
+#include "io/unpublished.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
 #include "store/recovery.h"
@@ -20,16 +22,13 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The part NAME of "NAME.partial-12" or "NAME.repair-12-3".
-std::optional<std::string_view> final_name_of(std::string_view name) {
-  const std::size_t digits = name.find_last_not_of("0123456789-");
-  if (digits == std::string_view::npos || digits + 2 >= name.size() || name[digits + 1] != '-')
-    return std::nullopt;
-  const std::string_view before = name.substr(0, digits + 1);
-  for (const std::string_view kind : {".partial", ".repair"})
-    if (before.ends_with(kind) && before.size() > kind.size())
-      return before.substr(0, before.size() - kind.size());
-  return std::nullopt;
+/// Whether a process may still work on a directory with this name: one that has its lock, or one of
+/// another machine, whose locks this one may not see. Where there are no locks, nobody knows.
+bool may_be_in_use(const Directory& directory, const UnfinishedNameParts& name) {
+  if (try_lock(directory, true) != LockResult::kTaken) return true;
+  const OwnMachine& own = own_machine();
+  if (!name.host.empty() && name.host != own.host) return true;
+  return name.start != own.start && !locks_are_seen_by_all(directory.descriptor());
 }
 
 struct stat status_of(const Directory& directory, const std::string& name) {
@@ -43,14 +42,16 @@ std::uint64_t bytes_of(const Directory& directory, const std::string& name) {
   return S_ISREG(status.st_mode) ? 512 * static_cast<std::uint64_t>(status.st_blocks) : 0;
 }
 
-/// Repair makes two files and a store in its directory.
-constexpr const char* kRepairFiles[] = {"image", "sealed"};
-constexpr char kOutputFile[] = "output";  ///< of PartialFile
+/// Repair makes this file and those of a store in its directory.
+constexpr char kRepairFile[] = "sealed";
+constexpr char kOutputFile[] = "output";  ///< of UnpublishedFile
 constexpr char kPlanFile[] = "plan";      ///< of plan_parts()
+constexpr std::string_view kReplaced =
+    "replaced";  ///< the kind of name of a store that is replaced
 
 bool is_made_file_name(std::string_view name) {
   return is_store_file_name(name) || name == kOutputFile || name == kPlanFile ||
-         name == kMadeMarkName || std::ranges::find(kRepairFiles, name) != std::end(kRepairFiles);
+         name == kMadeMarkName || name == kRepairFile;
 }
 
 /// Whether the directory proves that plait made it: by its mark, or by the manifest of a store,
@@ -71,28 +72,21 @@ template <class Visit>
 std::vector<std::string> for_each_file(const Directory& directory, Visit visit) {
   std::vector<std::string> foreign;
   for (const std::string& name : directory.names()) {
-    if (is_made_file_name(name)) {
+    if (is_made_file_name(name))
       visit(directory, name);
-    } else if (name == kRepairViewName && S_ISDIR(status_of(directory, name).st_mode)) {
-      const Directory view(directory, name);
-      for (const std::string& inner : view.names())
-        if (is_store_file_name(inner))
-          visit(view, inner);
-        else
-          foreign.push_back(fmt::format("{}/{}", name, inner));
-    } else {
+    else
       foreign.push_back(name);
-    }
   }
   return foreign;
 }
 
 /// Nothing if plait did not make the directory.
-std::optional<LeftOver> examine(const Directory& directory, const std::string& name) {
+std::optional<LeftOver> examine(const Directory& directory, const std::string& name,
+                                const UnfinishedNameParts& parts) {
   const Directory inner(directory, name);
   LeftOver found;
   found.name = name;
-  found.in_use = !inner.lock(true);
+  found.in_use = may_be_in_use(inner, parts);
   if (!found.in_use && !is_made(inner)) return std::nullopt;
   found.foreign = for_each_file(inner, [&](const Directory& in, const std::string& file) {
     found.bytes += bytes_of(in, file);
@@ -100,16 +94,46 @@ std::optional<LeftOver> examine(const Directory& directory, const std::string& n
   return found;
 }
 
+/// Returns false if a file cannot be removed.
+bool remove_all_made(const Directory& directory) {
+  const auto is_proof = [](std::string_view name) {
+    return name == kManifestName || name == kMadeMarkName;
+  };
+  // The proofs go last: what is left if this process is killed here, or if a file cannot be
+  // removed, can be removed later.
+  bool all = true;
+  for (const bool proofs : {false, true}) {
+    for_each_file(directory, [&](const Directory& in, const std::string& file) {
+      if (is_proof(file) != proofs) return;
+      try {
+        in.remove(file);
+      } catch (const Error&) {
+        all = false;
+      }
+    });
+    if (!all) break;
+  }
+  return all;
+}
+
+bool directory_is_there(const Directory& directory, const std::string& name) {
+  const std::vector<std::string> names = directory.names();
+  return std::ranges::find(names, name) != names.end();
+}
+
 }  // namespace
 
 std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_view of) {
   std::vector<LeftOver> found;
   for (const std::string& name : directory.names()) {
-    const std::optional<std::string_view> final_name = final_name_of(name);
-    if (!final_name || (!of.empty() && *final_name != of)) continue;
+    const std::optional<UnfinishedNameParts> parts = read_unfinished_name(name);
+    if (!parts || (!of.empty() && parts->stem != of)) continue;
+    // The only store of its name, if the run was killed between two renames.
+    if (parts->kind == kReplaced && !directory.contains(std::string(parts->stem))) continue;
     if (!S_ISDIR(status_of(directory, name).st_mode)) continue;
     try {
-      if (std::optional<LeftOver> one = examine(directory, name)) found.push_back(*std::move(one));
+      if (std::optional<LeftOver> one = examine(directory, name, *parts))
+        found.push_back(*std::move(one));
     } catch (const Error& error) {  // another process may have removed it
       if (error.code() != ErrorCode::kNotFound) throw;
     }
@@ -118,41 +142,57 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
 }
 
 bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
+  const std::optional<UnfinishedNameParts> parts = read_unfinished_name(left_over.name);
   try {
     const Directory inner(directory, left_over.name);
-    if (!inner.lock(true) || !is_made(inner)) return false;
-    remove_made_files(inner);
-    return directory.remove_directory(left_over.name);
+    if (!parts || may_be_in_use(inner, *parts) || !is_made(inner)) return false;
+    return remove_all_made(inner) && directory.remove_directory(left_over.name);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kNotFound) throw;
     return true;  // another process has removed it
   }
 }
 
-void remove_made_files(const Directory& directory) {
-  const auto is_proof = [](std::string_view name) {
-    return name == kManifestName || name == kMadeMarkName;
-  };
-  // The proofs go last: what is left if this process is killed here can be removed, too.
-  for (const bool proofs : {false, true}) {
-    for_each_file(directory, [&](const Directory& in, const std::string& file) {
-      if (is_proof(file) == proofs) in.remove_if_possible(file);
-    });
-    directory.remove_directory(kRepairViewName);
+namespace {
+
+/// A run that was killed between two renames has left the store under an unfinished name.
+void put_back(const OutputName& output, const std::string& stem, const Warn& warn) {
+  if (output.directory.contains(output.name)) return;
+  for (const std::string& name : output.directory.names()) {
+    const std::optional<UnfinishedNameParts> parts = read_unfinished_name(name);
+    if (!parts || parts->kind != kReplaced || parts->stem != stem) continue;
+    const Directory inner(output.directory, name);
+    if (may_be_in_use(inner, *parts) || !is_store(inner)) continue;
+    if (output.directory.rename(name, output.directory, output.name, Renaming::kRefuse) && warn)
+      warn(fmt::format("{}: put back from {}: a run was killed while it replaced the store",
+                       output.path.native(), name));
+    return;
   }
 }
 
-void remove_left_overs_of(const std::filesystem::path& path,
-                          const std::function<void(const std::string&)>& warn) {
+}  // namespace
+
+void remove_made_files(const Directory& directory) {
+  static_cast<void>(remove_all_made(directory));
+}
+
+void remove_left_overs_of(const std::filesystem::path& path, const Warn& warn) {
   const OutputName output(path);
-  for (const LeftOver& left_over : find_left_overs(output.directory, output.name)) {
+  const std::string stem = UnfinishedName(output.path, "partial").stem_of(output.name);
+  put_back(output, stem, warn);
+  for (const LeftOver& left_over : find_left_overs(output.directory, stem)) {
     if (left_over.in_use) continue;
     const std::string where = output.directory.path_of(left_over.name).lexically_normal().native();
+    std::string said;
     if (remove_left_over(output.directory, left_over))
-      warn(fmt::format("removed {} of a killed run ({})", where, format_bytes(left_over.bytes)));
+      said = fmt::format("removed {} of a killed run ({})", where, format_bytes(left_over.bytes));
     else if (!left_over.foreign.empty())
-      warn(fmt::format("{} from a killed run stays, because it contains {}", where,
-                       fmt::join(left_over.foreign, ", ")));
+      said = fmt::format("{} from a killed run stays, because it contains {}", where,
+                         fmt::join(left_over.foreign, ", "));
+    else if (directory_is_there(output.directory, left_over.name))
+      said = fmt::format("{} from a killed run stays, because some of its files cannot be removed",
+                         where);
+    if (warn && !said.empty()) warn(said);
   }
 }
 

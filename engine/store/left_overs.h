@@ -1,7 +1,7 @@
-// store/left_overs.h: finds and removes directories that killed runs left under temporary names:
-// NAME.partial-PID of unfinished outputs and STORE.repair-PID of repairs. A process locks the
-// directory that it makes (flock), and the lock ends with the process. So an unlocked one is left
-// over, if it also proves that plait made it: names alone are no reason to remove anything.
+// store/left_overs.h: finds and removes directories that killed runs of this machine left under
+// unfinished names (io/unpublished.h). A process locks the directory that it makes (flock), and the
+// lock ends with the process. So an unlocked one with the name of this machine is left over, if it
+// also proves that plait made it: names alone are no reason to remove anything.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +16,21 @@
 
 PLAIT_BEGIN_NAMESPACE
 
-/// A repair whose files are not in their places looks at the store in this directory of its own.
-inline constexpr char kRepairViewName[] = "view";
+/// Is told what the user should know. May be empty.
+using Warn = std::function<void(const std::string&)>;
 
-/// A directory that a killed process left under a temporary name.
+/// A directory that a killed process left under an unfinished name.
 struct LeftOver {
-  std::string name;         ///< in the directory that was searched
-  bool in_use = false;      ///< another process has its lock: remove_left_over() does not remove it
-  std::uint64_t bytes = 0;  ///< of the files that plait made
+  std::string name;  ///< in the directory that was searched
+  /// A process has its lock, or another machine may work on it: remove_left_over() leaves it.
+  bool in_use = false;
+  std::uint64_t bytes = 0;           ///< of the files that plait made
   std::vector<std::string> foreign;  ///< entries that plait does not make; they stay
 };
 
 /// Finds left-overs, sorted by name: those of plait by their mark (io/made_mark.h) or the manifest
-/// of a store in them, empty ones, and any that are locked. With `of`, only those with that final
-/// name. Errors: kIo.
+/// of a store in them, empty ones, and any that are locked. With `of`, only those that begin with
+/// that stem (UnfinishedName::stem_of()). Errors: kIo.
 std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_view of = {});
 
 /// Removes the left-over, unless another process has locked it meanwhile: the files that plait
@@ -37,13 +38,13 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
 /// kIo.
 bool remove_left_over(const Directory& directory, const LeftOver& left_over);
 
-/// Removes from a directory all files that plait makes in a directory with a temporary name: those
-/// of a store and those of a repair. Errors: kIo.
+/// Removes from a directory all files that plait makes in one with an unfinished name: those of a
+/// store and those of a repair. If some cannot be removed, what proves that plait made the
+/// directory stays too, so that the next attempt finds it. Errors: kIo.
 void remove_made_files(const Directory& directory);
 
-/// Removes the left-overs of killed runs whose output was `path`, and calls `warn` for each.
-/// Errors: kIo; those of OutputName.
-void remove_left_overs_of(const std::filesystem::path& path,
-                          const std::function<void(const std::string&)>& warn);
+/// Removes the left-overs of killed runs whose output was `path`, and tells `warn` of each. Puts a
+/// store back that a killed run left between two renames. Errors: kIo; those of OutputName.
+void remove_left_overs_of(const std::filesystem::path& path, const Warn& warn);
 
 PLAIT_END_NAMESPACE

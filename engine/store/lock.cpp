@@ -12,6 +12,7 @@
 
 #include "format/file_names.h"
 #include "format/manifest.h"
+#include "io/locks.h"
 #include "io/process.h"
 #include "plait/error.h"
 
@@ -23,8 +24,9 @@ constexpr int kLockAttempts = 1000;
 std::string holder_text(const File& file) {
   char text[32] = {};
   const ssize_t got = ::pread(file.descriptor(), text, sizeof(text) - 1, 0);
-  return got > 0 ? fmt::format("process {}", std::string(text, strnlen(text, sizeof(text))))
-                 : std::string("another process");
+  if (got <= 0) return "another process";
+  const std::string process(text, strnlen(text, sizeof(text)));
+  return process == std::to_string(::getpid()) ? "this process" : "process " + process;
 }
 
 /// The names of the file beside `lock`: a lock that somebody made a hard link of his own file.
@@ -39,6 +41,19 @@ std::string hard_links_text(std::uint64_t other) {
   return fmt::format("expected a file with one name, found one with {} other{} (hard links)", other,
                      other == 1 ? "" : "s");
 }
+
+}  // namespace
+
+File open_to_exclude(const Directory& store, const std::string& name) {
+  try {
+    return {store, name, OpenMode::kReadWrite};
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kIo) throw;
+    return {store, name, OpenMode::kRead};
+  }
+}
+
+namespace {
 
 /// For a writer, who writes into the file.
 File open_to_write(const Directory& store) {
@@ -78,7 +93,8 @@ File open_for(const Directory& store, LockFor purpose) {
     case LockFor::kCreating:
       return {store, kLockName, OpenMode::kCreate};
   }
-  return {store, kLockName, OpenMode::kRead};
+  return purpose == LockFor::kMaintaining ? open_to_exclude(store, kLockName)
+                                          : File(store, kLockName, OpenMode::kRead);
 }
 
 }  // namespace
@@ -94,11 +110,13 @@ StoreLock::StoreLock(const Directory& store, LockFor purpose) : file_(open_for(s
 
 void StoreLock::take(const Directory& store, bool alone) {
   for (int attempt = 0; attempt < kLockAttempts; ++attempt) {
-    if (file_.lock(alone)) {
-      keep_lock_from_children(file_.descriptor());
+    const LockResult result = try_lock(file_, alone);
+    if (result != LockResult::kConflict) {
+      protects_ = result == LockResult::kTaken;
+      if (protects_) keep_lock_from_children(file_.descriptor());
       return check_name(store);
     }
-    if (!alone || !file_.lock(false)) break;
+    if (!alone || try_lock(file_, false) == LockResult::kConflict) break;
     // The lock is shared only by processes that check whether there is a writer. They release it at
     // once.
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -136,11 +154,12 @@ std::optional<std::string> why_unusable_lock(const Directory& store) {
 void make_lock_anew(const Directory& store) {
   std::optional<File> held;
   try {
-    held = open_if_present(store, kLockName, OpenMode::kRead);
+    held = open_to_exclude(store, kLockName);
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kCorruption) throw;  // no file, so nobody has locked it
+    // Nothing, or no file, is there, so nobody has locked it.
+    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound) throw;
   }
-  if (held && !held->lock(true))
+  if (held && try_lock(*held, true) == LockResult::kConflict)
     throw Error(ErrorCode::kBusy,
                 fmt::format("replace {}: another process has locked it", held->path().native()));
   if (!store.remove_directory(kLockName)) store.remove(kLockName);

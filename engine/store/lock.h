@@ -34,6 +34,8 @@ class StoreLock {
   /// kBusy, kIo.
   void check_name(const Directory& store) const;
 
+  /// False if the file system has no locks: then other processes are not kept out.
+  bool protects() const noexcept { return protects_; }
   /// Writes the number of this process to the file, for the messages of other processes. REQUIRES:
   /// the purpose is kWriting or kCreating, and the directory is known to be a store. Errors: kIo,
   /// kNoSpace.
@@ -45,7 +47,13 @@ class StoreLock {
   void take(const Directory& store, bool alone);
 
   File file_;
+  bool protects_ = false;
 };
+
+/// Opens the file `name` of the store for an exclusive lock: for writing, because NFS locks no
+/// other file exclusively; for reading if the file may not be written. Errors: as File's
+/// constructor.
+File open_to_exclude(const Directory& store, const std::string& name);
 
 /// Why no writer can use the store's lock file, which repair then makes anew; nothing if one can.
 /// Errors: kIo.

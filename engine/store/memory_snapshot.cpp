@@ -28,8 +28,7 @@ void MemorySnapshot::take(std::vector<std::unique_ptr<LevelFile>> levels) {
 
 void MemorySnapshot::restore(Store::Implementation& state) {
   for (auto& attribute : state.attributes) {
-    for (auto& level : attribute.levels) state.pager->detach(*level);
-    take(std::move(attribute.levels));
+    state.retire(std::move(attribute.levels));
   }
   state.attributes.clear();
   state.infos.clear();

@@ -9,12 +9,15 @@
 
 #include "base/damage.h"
 #include "format/file_names.h"
+#include "io/locks.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
+#include "plait/extend/notices.h"
+#include "plait/extend/store_access.h"
 #include "plait/store.h"
 #include "store/generation_volume.h"
+#include "store/parts/shard_volume.h"
 #include "store/recovery.h"
-#include "store/shard_volume.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 
@@ -59,8 +62,8 @@ Store::Implementation::~Implementation() {
   for (Attribute& attribute : attributes)
     for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
-  halo.reset();
   snapshot.reset();
+  telling = nullptr;
   volume.reset();  // its scratch memory is part of the budget, which ends with the pager
   if (!on_disk() || !writable || is_part()) return;
   // Nobody can open a store that was never committed, so all its files are removed.
@@ -70,7 +73,7 @@ Store::Implementation::~Implementation() {
                      // files
     try {
       remove_old_versions(directory);
-    } catch (...) {  // the next writer removes the files
+    } catch (const std::exception&) {  // the next writer removes the files
     }
 }
 
@@ -135,6 +138,7 @@ void Store::Implementation::fix_context_of(const LevelFile& level) const {
 
 void Store::Implementation::open_volume(int threads) {
   volume = backend.open({options.budget_bytes / kScratchShare, threads});
+  telling = dynamic_cast<const TellingVolume*>(volume.get());
   if (in_shards)
     volume = std::make_unique<ShardVolume>(std::move(volume));
   else if (is_part())
@@ -154,6 +158,28 @@ void Store::Implementation::tell(StoreEvent::Kind kind, const Stopwatch& watch) 
   options.events.tell(event);
 }
 
+void Store::Implementation::note_missing_locks() {
+  if (!lock.protects())
+    notices.push_back(
+        fmt::format("{}: its file system has no locks (flock): nothing keeps a second writer out, "
+                    "and files of old versions stay, because a reader may need them",
+                    path.native()));
+  else if (!locks_are_seen_by_all(directory.descriptor()))
+    notices.push_back(
+        fmt::format("{}: another machine may not see the locks of its file system: write it from "
+                    "one machine at a time; files of old versions stay, because a reader may need "
+                    "them",
+                    path.native()));
+}
+
+std::vector<std::string> notices(const Store& store) {
+  const Store::Implementation& state = StoreAccess::state(store);
+  std::vector<std::string> lines = state.notices;
+  if (state.telling)
+    for (std::string& line : state.telling->notices()) lines.push_back(std::move(line));
+  return lines;
+}
+
 void Store::Implementation::make_ready() {
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
@@ -166,8 +192,7 @@ void Store::Implementation::make_ready() {
       named.store = path.native();
       options.events.call(named);
     };
-  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, options.budget,
-                                  std::move(of_blocks));
+  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, std::move(of_blocks));
 }
 
 Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
@@ -202,6 +227,7 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
     state->path = path;  // after this, the destructor removes the files
     state->lock = StoreLock(state->directory, LockFor::kCreating);
     state->lock.sign();
+    state->note_missing_locks();
     state->base_mesh_size = write_base_mesh_file(state->directory, state->base);
   }
   state->make_ready();
@@ -228,6 +254,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->writable = false;
   if (options.writable) {
     state->lock = lock_for_writing(state->directory, options.durability);
+    state->note_missing_locks();
     state->versions_read = remove_old_versions(state->directory);
   }
   StoredVersion version(state->directory, options.writable ? open_newest_version(state->directory)
@@ -255,7 +282,6 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   options.durability = wanted.durability;
   options.budget_bytes = wanted.budget_bytes;
   options.io_threads = wanted.io_threads;
-  options.budget = wanted.budget;
   options.events = wanted.events;
   options.parallel_for = wanted.parallel_for;
   backend = version.find_backend(backends);

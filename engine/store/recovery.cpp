@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "format/file_names.h"
+#include "io/locks.h"
 #include "plait/error.h"
 #include "store/store_directory.h"
 #include "store/stored_version.h"
@@ -101,13 +102,14 @@ namespace {
 void remove_if_never_committed(const Directory& store) {
   // A process that creates a store has a shared lock on the directory before it makes the first
   // file.
-  if (!store.lock(true) || !is_uncommitted(store)) return;
+  if (try_lock(store, true) == LockResult::kConflict || !is_uncommitted(store)) return;
   for (const std::string& name : store.names())
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
         !is_version_file_name(name) && !is_bounds_file_name(name))
       return;
-  std::optional<File> lock = open_if_present(store, kLockName, OpenMode::kRead);
-  if (lock && !lock->lock(true)) return;
+  std::optional<File> lock;
+  if (store.contains(kLockName)) lock = open_to_exclude(store, kLockName);
+  if (lock && try_lock(*lock, true) == LockResult::kConflict) return;
   remove_uncommitted(store);
 }
 
@@ -139,7 +141,8 @@ Directory claim_store_directory(const fs::path& path, Durability durability) {
     directory = Directory::make(path);
   }
   try {
-    if (!directory->lock(false)) throw taken();  // another process is removing it
+    if (try_lock(*directory, false) == LockResult::kConflict)
+      throw taken();  // another process is removing it
     create_begun_manifest(*directory, durability == Durability::kCommit);
   } catch (...) {
     try {
@@ -169,7 +172,7 @@ void remove_uncommitted(const Directory& store) noexcept {
     if (store.names() == std::vector<std::string>{kManifestName})
       store.remove_if_possible(kManifestName);
     store.remove_itself();
-  } catch (...) {  // the next store of this name replaces the remaining files
+  } catch (const std::exception&) {  // the next store of this name replaces the remaining files
   }
 }
 

@@ -13,7 +13,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void Store::Implementation::retire(std::vector<std::unique_ptr<LevelFile>> levels) {
-  for (auto& level : levels) pager->detach(*level);
+  // Blocks of finer levels hold those of coarser ones that they are encoded from.
+  for (auto level = levels.rbegin(); level != levels.rend(); ++level) pager->detach(**level);
   if (snapshot) snapshot->take(std::move(levels));
 }
 

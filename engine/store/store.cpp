@@ -9,6 +9,7 @@
 #include "format/checksum.h"
 #include "format/version_description.h"
 #include "plait/error.h"
+#include "plait/extend/store_access.h"
 #include "store/memory_snapshot.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
@@ -80,10 +81,16 @@ const std::optional<Rounding>& Store::rounding(AttributeId attribute) const {
 }
 
 std::span<std::byte> Store::base_bytes(AttributeId attribute) {
+  return base_bytes_for(attribute, Access::kUpdate);
+}
+
+std::span<std::byte> Store::base_bytes_for(AttributeId attribute, Access access) {
   Implementation& state = this->state();
   begin_change(state, Change::kRecords,
                "change base records (a const Store gives them to read) of");
   auto& data = attribute_of(state, attribute);
+  if (access != Access::kOverwrite)
+    StoreAccess::check_readable(*this, attribute, base_level(), true);
   // A block on its way to the disk may be encoded from these records right now.
   state.pager->wait_for_writes();
   for (const auto& other : state.attributes)
@@ -99,6 +106,7 @@ std::span<std::byte> Store::base_bytes(AttributeId attribute) {
 }
 
 std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
+  StoreAccess::check_readable(*this, attribute, base_level(), true);
   return attribute_of(state(), attribute).base_bytes;
 }
 
@@ -165,12 +173,21 @@ void Store::commit() try {
   if (state.is_part())
     throw Error(ErrorCode::kBadState,
                 fmt::format("commit {}: it is a part of a store: join all parts", state.name()));
-  for (AttributeId id = 0; id < attributes().size(); ++id)
-    for (int level = base_level() + 1; level <= attributes()[id].finest_level; ++level)
-      if (const LevelFile& file = level_file(id, level); !file.is_finished())
+  for (AttributeId id = 0; id < attributes().size(); ++id) {
+    for (int level = base_level(); level <= attributes()[id].finest_level; ++level)
+      if (const WrittenRecords& records = written_records_of(state, id, level);
+          !records.is_finished())
         throw Error(ErrorCode::kBadState,
-                    fmt::format("commit {}: level {} of '{}' is unfinished: {}", state.name(),
-                                level, attributes()[id].schema.name, why_unfinished(file)));
+                    fmt::format("commit {}: level {} of '{}' is unfinished: {}; run a pass again "
+                                "that overwrites it, or take Store::roll_back()",
+                                state.name(), level, attributes()[id].schema.name,
+                                why_unfinished(records)));
+    if (!state.attributes[id].becomes.empty())
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("commit {}: the work that makes '{}' has not ended; take "
+                              "Store::roll_back()",
+                              state.name(), attributes()[id].schema.name));
+  }
   if (state.failed)
     throw Error(ErrorCode::kBadState,
                 fmt::format("commit {}: refused because an earlier commit failed; reopen the store",

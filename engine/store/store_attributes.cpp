@@ -39,7 +39,9 @@ void check_not_needed(const Store::Implementation& state,
   }
 }
 
-AttributeId Store::add_attribute(AttributeSchema schema) try {
+AttributeId Store::add_attribute(AttributeSchema schema) { return add(std::move(schema), false); }
+
+AttributeId Store::add(AttributeSchema schema, bool is_replacement) try {
   Implementation& state = this->state();
   begin_change(state, Change::kAdd, "add an attribute to");
   if (!is_attribute_name(schema.name) || schema.record_bytes() == 0 || schema.components > 255)
@@ -47,9 +49,11 @@ AttributeId Store::add_attribute(AttributeSchema schema) try {
                 fmt::format("add attribute '{}': expected a name of 1 to {} characters of "
                             "[A-Za-z0-9_-] and 1 to 255 components",
                             schema.name, kMaxAttributeNameBytes));
-  if (has_attribute(schema.name))
+  const std::string name =
+      is_replacement ? StoreAccess::name_until_named(schema.name) : schema.name;
+  if (has_attribute(name))
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add attribute '{}': the name is taken", schema.name));
+                fmt::format("add attribute '{}': the name is taken", name));
   if (attributes().size() >= kMaxAttributes)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("add attribute '{}': expected fewer than {} attributes, found {}",
@@ -64,10 +68,8 @@ AttributeId Store::add_attribute(AttributeSchema schema) try {
   Implementation::Attribute attribute;
   attribute.record.number = state.next_number++;
   attribute.record.pipeline = std::move(pipeline);
-  if (state.makes_halo())
-    attribute.base_bytes = state.halo_source().base_bytes;
-  else
-    attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
+  attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
+  if (is_replacement) attribute.becomes = std::exchange(schema.name, name);
   state.attributes.push_back(std::move(attribute));
   state.infos.push_back({std::move(schema), base_level()});
   return static_cast<AttributeId>(state.infos.size() - 1);
@@ -85,7 +87,7 @@ AttributeId Store::add_attribute(AttributeSchema schema, int finest_level) {
   try {
     while (state.infos[id].finest_level < finest_level) add_level(id);
   } catch (...) {
-    for (auto& level : state.attributes[id].levels) state.pager->detach(*level);
+    state.retire(std::move(state.attributes[id].levels));
     state.attributes.pop_back();
     state.infos.pop_back();
     throw;
@@ -108,12 +110,6 @@ void Store::add_level(AttributeId attribute) try {
   made.level = level;
   made.record.pipeline = data.record.pipeline.of(level);
   made.record.generations = {{state.sequence + 1, 0}};
-  if (state.makes_halo()) {
-    data.levels.push_back(state.open_halo_level(made, info.schema));
-    data.record.levels.push_back(made.record);
-    info.finest_level = level;
-    return;
-  }
   // The file may be a left-over of a run that ended before its commit.
   if (state.on_disk() && !state.is_part()) state.directory.remove(made.file_names().front());
   made.geometry = state.whole_geometry(
@@ -128,7 +124,8 @@ void Store::add_level(AttributeId attribute) try {
       BlockTable(state.uuid, made.number, level, made.geometry.block_count(), first_number);
   made.table.set_generations(made.record.generations);
   const LevelRecord record = made.record;
-  data.levels.push_back(state.open_level(std::move(made), info.schema, OpenMode::kCreate));
+  data.levels.push_back(
+      state.open_level(std::move(made), state.final_schema(attribute), OpenMode::kCreate));
   data.record.levels.push_back(record);
   info.finest_level = level;
 } catch (const std::bad_alloc&) {
@@ -148,10 +145,16 @@ void Store::plan_levels(AttributeId attribute, int finest_level, std::string_vie
   Implementation& state = this->state();
   begin_change(state, Change::kAdd, "plan levels of");
   Implementation::Attribute& data = attribute_of(state, attribute);
-  PlannedLevels planned{state.infos[attribute].schema, state.provenance, finest_level,
+  PlannedLevels planned{state.final_schema(attribute), state.provenance, finest_level,
                         !copy_of.empty()};
   if (!copy_of.empty()) planned.schema.name = copy_of;
   data.record.pipeline = state.backend.planned(std::move(data.record.pipeline), planned);
+}
+
+AttributeSchema Store::Implementation::final_schema(AttributeId attribute) const {
+  AttributeSchema schema = infos[attribute].schema;
+  if (const std::string& name = attributes[attribute].becomes; !name.empty()) schema.name = name;
+  return schema;
 }
 
 bool StoreAccess::is_encoded_from_others(const Store& store, AttributeId attribute, int level) {
@@ -204,12 +207,25 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
                             name, state.provenance.scheme, to_string(from.type), from.components,
                             to_string(to.type), to.components));
   check_not_needed(state, old);
-  state.retire(std::move(old));
+  state.retire(std::move(old.levels));
   state.attributes[attribute] = std::move(state.attributes[replacement]);
+  state.attributes[attribute].becomes.clear();
   state.infos[attribute] = state.infos[replacement];
   state.infos[attribute].schema.name = std::move(name);
   state.attributes.erase(state.attributes.begin() + replacement);
   state.infos.erase(state.infos.begin() + replacement);
+}
+
+std::string StoreAccess::name_until_named(std::string_view name) {
+  return fmt::format("{} (new)", name);
+}
+
+void StoreAccess::name_replacement(Store& store, AttributeId replacement) {
+  Store::Implementation& state = store.state();
+  std::string& name = attribute_of(state, replacement).becomes;
+  if (store.has_attribute(name)) return store.replace_attribute(store.attribute(name), replacement);
+  begin_change(state, Change::kAdd, "name an attribute of");
+  state.infos[replacement].schema.name = std::exchange(name, {});
 }
 
 PLAIT_END_NAMESPACE

@@ -38,19 +38,18 @@ void check_undisturbed(const Store::Implementation& state, Change change, std::s
 
 /// Errors: those of check_undisturbed(); kBadState for a store that was opened for reading.
 void check_change(const Store::Implementation& state, Change change, std::string_view verb);
-/// The same; the change then begins, and what is known of the records before their levels no longer
-/// holds.
+/// The same; the change then begins.
 void begin_change(Store::Implementation& state, Change change, std::string_view verb);
 
 /// Errors: kBadState if blocks of another attribute are encoded from `needed`.
 void check_not_needed(const Store::Implementation& state,
                       const Store::Implementation::Attribute& needed);
 
-/// The reason for which a level is unfinished, for messages.
-std::string why_unfinished(const LevelFile& level);
+/// The reason for which records are unfinished, for messages.
+std::string why_unfinished(const WrittenRecords& records);
 /// Throws kBadState: nobody can read this level.
 [[noreturn]] void refuse_unfinished(const Store::Implementation& state, std::string_view attribute,
-                                    const LevelFile& file, int level);
+                                    const WrittenRecords& records, int level);
 
 /// Errors: kInvalidArgument for a number that is no attribute's.
 template <class State>
@@ -72,6 +71,14 @@ auto& level_of(State& state, AttributeId attribute, int level) {
                 fmt::format("level {} of '{}': expected {} to {}", level,
                             state.infos[attribute].schema.name, first, last));
   return *data.levels[static_cast<std::size_t>(level - first)];
+}
+
+/// The record of whether the level is finished; the base records are level base_level(). Errors: as
+/// level_of().
+inline const WrittenRecords& written_records_of(const Store::Implementation& state,
+                                                AttributeId attribute, int level) {
+  if (level == state.provenance.base_level) return *attribute_of(state, attribute).base_written;
+  return level_of(state, attribute, level);
 }
 
 PLAIT_END_NAMESPACE

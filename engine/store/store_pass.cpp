@@ -1,6 +1,7 @@
 // What a store knows of the passes, readers and processes that use it.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -10,8 +11,9 @@
 #include <vector>
 
 #include "plait/error.h"
+#include "plait/extend/block_maker.h"
 #include "plait/extend/store_access.h"
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 
@@ -81,21 +83,21 @@ void check_change(const Store::Implementation& state, Change change, std::string
 void begin_change(Store::Implementation& state, Change change, std::string_view verb) {
   check_change(state, change, verb);
   if (change != Change::kRecords) state.changed = true;  // records tell of themselves
-  for (auto& attribute : state.attributes) attribute.before_levels = {};
 }
 
-std::string why_unfinished(const LevelFile& level) {
-  return level.first_missing_face == kNoId
+std::string why_unfinished(const WrittenRecords& records) {
+  return records.first_missing_face == kNoId
              ? "a pass that writes to it was cancelled, failed or has not ended"
-             : fmt::format("a PatchWriter was not given face {}", level.first_missing_face);
+             : fmt::format("a PatchWriter was not given face {}", records.first_missing_face);
 }
 
 void refuse_unfinished(const Store::Implementation& state, std::string_view attribute,
-                       const LevelFile& file, int level) {
-  throw Error(ErrorCode::kBadState,
-              fmt::format("read level {} of '{}' in {}: it is unfinished: {}; run the work again, "
-                          "or take Store::roll_back()",
-                          level, attribute, state.name(), why_unfinished(file)));
+                       const WrittenRecords& records, int level) {
+  throw Error(
+      ErrorCode::kBadState,
+      fmt::format("read level {} of '{}' in {}: it is unfinished: {}; run a pass again that "
+                  "overwrites it, or take Store::roll_back()",
+                  level, attribute, state.name(), why_unfinished(records)));
 }
 
 StorePass::StorePass(const Store& store, Kind kind) : kind_(kind) {
@@ -115,33 +117,48 @@ StorePass::~StorePass() { --store_->pass_counts[static_cast<std::size_t>(kind_)]
 void StoreAccess::check_readable(const Store& store, AttributeId attribute, int level,
                                  bool within_work) {
   const Store::Implementation& state = store.state();
-  const LevelFile& file = level_of(state, attribute, level);
-  if (file.is_finished()) return;
-  if (within_work && file.passes_under_way > 0 && !has(state, StorePass::Kind::kPass)) return;
-  refuse_unfinished(state, state.infos[attribute].schema.name, file, level);
+  const WrittenRecords& records = written_records_of(state, attribute, level);
+  if (records.is_finished()) return;
+  if (within_work && !records.left_unfinished && !has(state, StorePass::Kind::kPass)) return;
+  refuse_unfinished(state, state.infos[attribute].schema.name, records, level);
 }
 
 void StoreAccess::check_changeable(const Store& store, std::string_view verb) {
   check_change(store.state(), Change::kRemove, verb);
 }
 
-std::vector<std::byte>& StoreAccess::records_before_levels(Store& store, AttributeId attribute) {
-  return attribute_of(store.state(), attribute).before_levels;
+WrittenRecords& StoreAccess::base_records_of(Store& store, AttributeId attribute) {
+  return *attribute_of(store.state(), attribute).base_written;
 }
 
-void StoreAccess::remove_levels(Store& store, AttributeId attribute, int finest_level) {
-  Store::Implementation& state = store.state();
-  begin_change(state, Change::kRemove, "remove levels of");
-  Store::Implementation::Attribute& data = attribute_of(state, attribute);
-  if (state.infos[attribute].finest_level > finest_level) check_not_needed(state, data);
-  while (state.infos[attribute].finest_level > finest_level) {
-    std::vector<std::unique_ptr<LevelFile>> finest;
-    finest.push_back(std::move(data.levels.back()));
-    data.levels.pop_back();
-    state.retire(std::move(finest));
-    data.record.levels.pop_back();
-    --state.infos[attribute].finest_level;
+std::uint64_t StoreAccess::frame_budget_with(const Store& store, std::span<const NewLevels> levels,
+                                             const Provenance* planned) {
+  const Store::Implementation& state = store.state();
+  const LevelSurroundings around = state.surroundings();
+  std::vector<FutureLevel> future;
+  std::uint32_t number = state.next_number;
+  for (const NewLevels& made : levels) {
+    const bool is_new = made.id == kNoId;
+    LevelPipelines pipelines = !is_new ? state.attributes[made.id].record.pipeline
+                               : state.options.pipeline_of ? state.options.pipeline_of(made.schema)
+                                                           : *state.options.pipeline;
+    if (planned)
+      pipelines = state.backend.planned(std::move(pipelines),
+                                        {made.schema, *planned, made.last_level, false});
+    const std::uint32_t own = is_new ? number++ : state.attributes[made.id].record.number;
+    for (int level = made.first_level; level <= made.last_level; ++level) {
+      const Pipeline& pipeline = pipelines.of(level);
+      future.push_back(
+          {state.whole_geometry(made.schema.record_bytes(), level,
+                                block_bytes_of_level(pipeline, level - store.base_level(),
+                                                     state.options.block_bytes)),
+           made.schema, pipeline, own, level, &around});
+    }
   }
+  const std::uint64_t now = state.volume->scratch_bytes(),
+                      then = std::max(now, state.volume->scratch_bytes_with(future)),
+                      frames = state.pager->budget_bytes();
+  return frames + now - std::min(frames + now, then);
 }
 
 Store StoreAccess::store_of(std::unique_ptr<Store::Implementation> state) {
@@ -154,15 +171,9 @@ EdgeRange StoreAccess::edges(const Store& store) {
   return {state.shards.first_edge(state.only_shard), state.shards.edge_after(state.only_shard)};
 }
 
-PassEdges StoreAccess::pass_edges(const Store& store) {
-  const Store::Implementation& state = store.state();
-  return state.makes_halo() ? PassEdges(state.halo->region.edges) : PassEdges(edges(store));
-}
-
 std::optional<std::vector<VertexId>> StoreAccess::own_vertices(const Store& store) {
   const Store::Implementation& state = store.state();
   if (!state.is_part()) return std::nullopt;
-  if (state.makes_halo()) return state.halo->region.vertices;
   return owned_vertices(state.base.topology(), state.shards, state.only_shard);
 }
 

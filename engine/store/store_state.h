@@ -10,6 +10,7 @@
 
 #include "base/stopwatch.h"
 #include "base/thread_number.h"
+#include "blocks/telling_volume.h"
 #include "format/base_mesh_file.h"
 #include "format/manifest.h"
 #include "io/process.h"
@@ -17,7 +18,6 @@
 #include "plait/extend/directory.h"
 #include "plait/store.h"
 #include "store/lock.h"
-#include "store/part_halo.h"
 #include "store/stored_version.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -28,8 +28,11 @@ struct Store::Implementation {
   struct Attribute {
     AttributeRecord record;  ///< its schema is in `infos`
     std::vector<std::byte> base_bytes;
-    /// `base_bytes` as they were before subdivide() made levels; empty if that is not known.
-    std::vector<std::byte> before_levels;
+    /// Whether `base_bytes` are finished. Stays where it is: passes keep its address.
+    std::unique_ptr<WrittenRecords> base_written = std::make_unique<WrittenRecords>();
+    /// Only a replacement: the name that it gets in the end. Until then it has one that no program
+    /// can give.
+    std::string becomes = {};
     std::vector<std::unique_ptr<LevelFile>> levels;  ///< [level - base_level - 1]
   };
 
@@ -47,23 +50,7 @@ struct Store::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
-  /// What the store of a part of a pass computes for itself (store/part_halo.h).
-  struct Halo {
-    bool is_open = false;
-    HaloRegion region;
-    std::uint32_t of = 0;           ///< the number of the attribute whose slots new ones have
-    std::uint32_t next_number = 0;  ///< of the next attribute that only the part has
-    /// The attribute of the last commit, after one of the part alone has replaced it.
-    Attribute frozen = {};
-  };
-
   bool is_part() const { return only_shard != kNoId; }
-  /// Whether attributes that are added are for the part alone.
-  bool makes_halo() const { return halo && halo->is_open; }
-  /// The attribute that new ones begin as. REQUIRES: makes_halo().
-  const Attribute& halo_source() const;
-  std::unique_ptr<LevelFile> open_halo_level(const StoredLevel& level,
-                                             const AttributeSchema& schema);
   /// Opens the version, whose levels are not written to unless `wanted` says so.
   void open_version(const StoredVersion& version, const OpenOptions& wanted,
                     const BackendRegistry& backends);
@@ -73,6 +60,8 @@ struct Store::Implementation {
   bool on_disk() const { return !path.empty(); }
   /// For messages: the path, or "a store in memory".
   const std::string& name() const;
+  /// The attribute's schema, for a replacement with the name that it gets in the end.
+  AttributeSchema final_schema(AttributeId attribute) const;
   /// Opens the backend of a level. `level` comes from a committed version, or is new.
   std::unique_ptr<LevelFile> open_level(StoredLevel level, const AttributeSchema& schema,
                                         OpenMode mode) const;
@@ -89,6 +78,8 @@ struct Store::Implementation {
   /// The description of the current state, without the checksums of base records.
   VersionDescription description() const;
   void write_version();
+  /// Notes what locks do not protect this writer from.
+  void note_missing_locks();
   /// Tells options.events how long it took.
   void tell(StoreEvent::Kind kind, const Stopwatch& watch) const noexcept;
   /// Whether anything differs from the last commit. REQUIRES: the pager has written all blocks.
@@ -96,9 +87,6 @@ struct Store::Implementation {
   void note_committed();
   /// Takes levels out of the store. What the last commit of a store in memory has of them is kept.
   void retire(std::vector<std::unique_ptr<LevelFile>> levels);
-  /// The same for an attribute that another one replaces. That of the last commit stays open if
-  /// levels of the part alone have slots of it.
-  void retire(Attribute attribute);
   /// Reads the newest version again, in the place of all that the store has.
   void reread();
   /// The level's whole file.
@@ -113,12 +101,11 @@ struct Store::Implementation {
   BaseMesh base;
   bool in_shards = false;  ///< an opened store whose levels are in shards
   EdgeShards shards;       ///< of all levels; empty: each level is in one piece
-  /// Only the store of one part (store/part_store.h): the only shard that it makes.
+  /// Only the store of one part (store/parts/part_store.h): the only shard that it makes.
   std::uint32_t only_shard = kNoId;
   /// Only the store of a part of a pass: the directory of the levels that it makes.
   Directory made_in;
   std::uint32_t first_made = 0;  ///< the number of the first attribute that the part makes
-  std::unique_ptr<Halo> halo;    ///< only if that part computes more than its shard
   StoreOptions options;
   Provenance provenance, first_provenance;  ///< now, and of the store when it was made
   RegisteredBackend backend;
@@ -140,7 +127,9 @@ struct Store::Implementation {
     std::uint64_t version;
     std::vector<StoredLevel> levels;
   };
-  std::vector<HeldVersion> held;  ///< only while read_version() runs
+  std::vector<HeldVersion> held;           ///< only while read_version() runs
+  std::vector<std::string> notices;        ///< of the store itself (plait/extend/notices.h)
+  const TellingVolume* telling = nullptr;  ///< the backend's volume, if it is one
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
   std::vector<AttributeSchema> face_infos;

@@ -12,7 +12,7 @@
 #include "plait/error.h"
 #include "plait/extend/block_maker.h"
 #include "plait/extend/file.h"
-#include "store/shard_tables.h"
+#include "store/parts/shard_tables.h"
 #include "store/version_sizes.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

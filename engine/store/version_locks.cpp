@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "format/file_names.h"
+#include "io/locks.h"
 #include "io/process.h"
 #include "plait/error.h"
 #include "store/lock.h"
@@ -33,10 +34,11 @@ std::vector<std::uint64_t> versions_there(const Directory& store) {
   return versions;
 }
 
-/// Whether a reader has the version open. If its file is not a regular file, no reader has.
+/// Whether a reader may have the version open. If its file is not a regular file, no reader has.
 bool is_being_read(const Directory& store, std::uint64_t version) {
   try {
-    return !File(store, version_file_name(version), OpenMode::kRead).lock(true);
+    File file = open_to_exclude(store, version_file_name(version));
+    return try_lock(file, true) != LockResult::kTaken || !locks_are_seen_by_all(file.descriptor());
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kNotFound || error.code() == ErrorCode::kCorruption)
       return false;
@@ -61,10 +63,11 @@ std::optional<OpenVersion> share_newest_version(const Directory& store) {
     if (error.code() == ErrorCode::kNotFound && has_moved_on(store, version.manifest)) return {};
     throw;
   }
-  const bool locked = version.file.lock(false);
-  if (locked) keep_lock_from_children(version.file.descriptor());
+  const LockResult lock = try_lock(version.file, false);
+  if (lock == LockResult::kTaken) keep_lock_from_children(version.file.descriptor());
   if (has_moved_on(store, version.manifest)) return {};
-  if (locked && store.contains(name, version.file.descriptor())) return version;
+  if (lock != LockResult::kConflict && store.contains(name, version.file.descriptor()))
+    return version;
   const StoreLock free_now(store,
                            LockFor::kReading);  // throws kBusy if there is a writer, and names it
   return {};
@@ -83,12 +86,12 @@ std::vector<File> keep_all_readers_out(const Directory& store) {
   for (const std::uint64_t version : versions_there(store)) {
     File file;
     try {
-      file = File(store, version_file_name(version), OpenMode::kRead);
+      file = open_to_exclude(store, version_file_name(version));
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kNotFound && error.code() != ErrorCode::kCorruption) throw;
       continue;  // not a regular file, so no reader has it open
     }
-    if (!file.lock(true))
+    if (try_lock(file, true) == LockResult::kConflict)
       throw Error(ErrorCode::kBusy, fmt::format("open {} exclusively: readers have version {} open",
                                                 store.path().native(), version));
     files.push_back(std::move(file));

@@ -5,6 +5,8 @@
 // again. A writer first writes the next slot of the manifest and then tries the lock. So if a
 // reader locks too late for the writer to notice, it finds the next version in the manifest, and
 // starts again.
+// Where the file system has no locks, or may have locks that another machine does not see, nobody
+// knows who reads. Then every version counts as being read, and keeps its files.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +35,7 @@ OpenVersion open_newest_version(const Directory& store);
 /// replaced; kIo.
 std::optional<OpenVersion> share_newest_version(const Directory& store);
 
-/// The versions older than `newest` that readers have open, ascending. Errors: kIo.
+/// The versions older than `newest` that readers may have open, ascending. Errors: kIo.
 std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint64_t newest);
 
 /// Locks every version that has a file. No reader can open the store while the caller has the

@@ -11,6 +11,7 @@
 
 #include "base/byte_text.h"
 #include "format/base_mesh_file.h"
+#include "format/checksum.h"
 #include "format/file_names.h"
 #include "io/disk_bytes.h"
 #include "plait/error.h"
@@ -23,11 +24,13 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// So many bytes are read whatever the disk has of them.
+/// Files up to this size are read even if they are sparse.
 constexpr std::uint64_t kFreelyReadBytes = 256u << 20;
-/// Of more, the disk must have one byte in so many. The base mesh alone takes some bytes a vertex,
-/// so only records of zeros with hundreds of bytes a vertex have as many holes.
+/// Larger files must have at least 1/64 of their bytes on the disk, or the right checksum: a copy
+/// may make holes of records of zeros.
 constexpr std::uint64_t kMostBytesForOneOnDisk = 64;
+/// The most bytes of holes whose checksum is computed to learn that.
+constexpr std::uint64_t kMostBytesForChecksum = std::uint64_t{64} << 30;
 
 Error refusal(const std::filesystem::path& path, const std::string& reason) {
   return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", path.native(), reason))
@@ -110,6 +113,17 @@ void refuse_shards_without_tables(const Directory& store, const VersionDescripti
                             levels, shards, format_bytes(there), format_bytes(needed)));
 }
 
+/// Whether the base records of every attribute have their checksum, whatever the disk has of them.
+bool have_checksums(const Directory& store, const VersionDescription& description,
+                    std::uint64_t sequence) {
+  return std::ranges::all_of(description.attributes, [&](const AttributeRecord& attribute) {
+    const std::string name = base_file_name(attribute.number, sequence);
+    return size_of(store, name).value_or(0) ==
+               description.vertex_count * attribute.schema.record_bytes() &&
+           checksum_of(File(store, name, OpenMode::kRead)) == attribute.base_checksum;
+  });
+}
+
 }  // namespace
 
 void refuse_holes(const Directory& store, const VersionDescription& description,
@@ -136,6 +150,10 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
       emptiest = name;
     }
   }
+  const bool is_of_records = emptiest != kBaseMeshName && emptiest != version_file_name(sequence);
+  if (is_of_records && bytes <= kMostBytesForChecksum &&
+      have_checksums(store, description, sequence))
+    return;
   throw refusal(store.path_of(emptiest),
                 fmt::format("{} of it are a hole; of {} in the files that are read whole, the disk "
                             "has {}, expected at least {}",

@@ -21,9 +21,10 @@ std::uint64_t block_tables_bytes(const VersionDescription& description,
                                  const std::filesystem::path& path);
 
 /// Throws if the files that are read whole, which are base mesh, version file and base records, are
-/// large together and nearly all of that is holes. A store may have some: file systems make holes
-/// of zeros. Also throws for a description of many shards whose block tables are holes or missing.
-/// Errors: kCorruption, which names the file with most holes; kNotFound, kIo.
+/// large together and nearly all of that is holes. A store may have some: copies and file systems
+/// make holes of zeros, so base records with the right checksum are not refused. Also throws for a
+/// description of many shards whose block tables are holes or missing. Errors: kCorruption, which
+/// names the file with most holes; kNotFound, kIo.
 void refuse_holes(const Directory& store, const VersionDescription& description,
                   std::uint64_t sequence);
 

@@ -1,5 +1,6 @@
 #include "compare/compare.h"
 
+#include <fmt/format.h>
 #include <tbb/task_arena.h>
 
 #include <system_error>
@@ -32,8 +33,26 @@ Distances distances_of(const IndexedMesh& from, const IndexedMesh& to, std::stri
     options.progress = [&](const Progress& now) {
       return watch.progress({now.phase, before + now.done, 2 * now.total});
     };
-  return measure_distances(triangles_of(from), TriangleTree(to.positions, to.faces),
+  const auto go_on = [&] {
+    if (watch.progress && !watch.progress({phase, before, 2 * request.samples}))
+      throw Error(ErrorCode::kCancelled, "compare: cancelled");
+  };
+  return measure_distances(triangles_of(from), TriangleTree(to.positions, to.faces, go_on),
                            triangles_of(to), options);
+}
+
+/// Warns of two surfaces that are nowhere near each other.
+void check_boxes(const IndexedMesh& first, const IndexedMesh& second, const JobWatch& watch) {
+  const SurfaceBox a = box_of(triangles_of(first)), b = box_of(triangles_of(second));
+  bool apart = false;
+  for (int axis = 0; axis < 3; ++axis)
+    apart = apart || a.high[axis] < b.low[axis] || b.high[axis] < a.low[axis];
+  if (!apart || !watch.warn) return;
+  const auto text = [](const Point& p) { return fmt::format("({:g}, {:g}, {:g})", p.x, p.y, p.z); };
+  watch.warn(
+      fmt::format("the boxes of the two surfaces do not overlap: {} to {}, and {} to {}; do "
+                  "they have the same units and the same origin?",
+                  text(a.low), text(a.high), text(b.low), text(b.high)));
 }
 
 }  // namespace
@@ -42,6 +61,7 @@ SurfaceComparison compare_surfaces(const ComparisonRequest& request,
                                    const BackendRegistry& backends, const JobWatch& watch) {
   const IndexedMesh first = read_side(request.first, request, backends, watch);
   const IndexedMesh second = read_side(request.second, request, backends, watch);
+  check_boxes(first, second, watch);
   SurfaceComparison result{
       diagonal_of(triangles_of(first)), mean_edge_of(triangles_of(first)), {}, {}};
   tbb::task_arena(thread_count(request.threads, "compare")).execute([&] {

@@ -8,10 +8,10 @@
 #include "conversion/copy_options.h"
 #include "conversion/read_back.h"
 #include "plait/extend/copy_levels.h"
+#include "plait/extend/notices.h"
 #include "plait/store.h"
 #include "store/attribute_levels.h"
-#include "store/left_overs.h"
-#include "store/partial_store.h"
+#include "store/new_output.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -82,16 +82,13 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
   ConversionResult result;
   choose_options(request, source, backends, result);
   if (watch.before_files) watch.before_files();
-  PartialStore output(request.to, request.replace ? Existing::kReplace : Existing::kRefuse);
-  const auto warn = [&](const std::string& text) {
-    if (watch.warn) watch.warn(text);
-  };
-  remove_left_overs_of(request.to, warn);
-  result.from_stored_bytes = source.stored_bytes();
-  result.from_backend = source.options().backend;
-  build_output(output, [&] {
-    Store copy =
-        Store::create(output.make(), source.base(), result.options, backends, source.provenance());
+  tell_notices(source, watch.warn);
+  const Existing existing = request.replace ? Existing::kReplace : Existing::kRefuse;
+  const auto make = [&](const std::filesystem::path& path) {
+    result.from_stored_bytes = source.stored_bytes();
+    result.from_backend = source.options().backend;
+    Store copy = Store::create(path, source.base(), result.options, backends, source.provenance());
+    tell_notices(copy, watch.warn);
     copy_levels(source, copy, begin_step(watch, "convert"), request.max_errors);
     for (const auto& [name, bound] : request.max_errors.all())
       result.roundings[name] = *copy.rounding(copy.attribute(name));
@@ -99,16 +96,14 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     result.stored_bytes = copy.stored_bytes();
     copy.close();
     if (request.verify)
-      result.digest =
-          request.max_errors.empty()
-              ? compare_copy(source, output.path(), open, request.threads, backends, watch)
-              : compare_rounded_copy(source, output.path(), open, request.threads, backends,
-                                     request.max_errors, watch);
-  });
-  if (const ProgressCallback go_on = begin_step(watch, "publish"); go_on && !go_on({{}, 0, 1}))
-    throw Error(ErrorCode::kCancelled, "convert: cancelled");
-  output.publish(true, warn);
-  result.store = output.final_path();
+      result.digest = request.max_errors.empty()
+                          ? compare_copy(source, path, open, request.threads, backends, watch)
+                          : compare_rounded_copy(source, path, open, request.threads, backends,
+                                                 request.max_errors, watch);
+    if (const ProgressCallback go_on = begin_step(watch, "publish"); go_on && !go_on({{}, 0, 1}))
+      throw Error(ErrorCode::kCancelled, "convert: cancelled");
+  };
+  result.store = make_new_store(request.to, existing, Durability::kCommit, watch.warn, make);
   result.options.pipeline_of = {};  // it may refer to the source
   return result;
 }

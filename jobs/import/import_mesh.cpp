@@ -8,10 +8,11 @@
 #include <cstring>
 #include <exception>
 #include <mutex>
-#include <thread>
 #include <utility>
 
+#include "base/caught.h"
 #include "base/stopwatch.h"
+#include "base/threads.h"
 #include "import/fine_mesh.h"
 #include "job_rules.h"
 #include "plait/compression.h"
@@ -22,8 +23,7 @@
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
 #include "plait/subdivide.h"
-#include "store/left_overs.h"
-#include "store/partial_store.h"
+#include "store/new_output.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -45,7 +45,9 @@ class Import {
         backends_(backends),
         watch_(watch),
         source_(request.mesh.native()),
-        output_(request.store, request.replace ? Existing::kReplace : Existing::kRefuse) {}
+        existing_(request.replace ? Existing::kReplace : Existing::kRefuse) {
+    UnpublishedStore::check(request.store, existing_);
+  }
 
   ImportResult run() {
     check_request();
@@ -53,10 +55,8 @@ class Import {
     recover();
     result_.recover_seconds = clock_.lap();
     if (watch_.before_files) watch_.before_files();
-    remove_left_overs_of(
-        request_.store, watch_.warn ? watch_.warn : [](const std::string&) {});
-    build_output(output_, [&] { make_store(); });
-    output_.publish(request_.durability == Durability::kCommit, watch_.warn);
+    make_new_store(request_.store, existing_, request_.durability, watch_.warn,
+                   [&](const std::filesystem::path& path) { make_store(path); });
     result_.write_seconds = clock_.lap();
     return std::move(result_);
   }
@@ -79,7 +79,7 @@ class Import {
   void recover();
   std::string sentence(const RecoveredLevels& found) const;
   StoreOptions options_of_store();
-  void make_store();
+  void make_store(const std::filesystem::path& path);
   void write_patches(Store& store, std::span<const FaceSide> corners);
   void encode_anew(Store& store);
 
@@ -87,7 +87,7 @@ class Import {
   const BackendRegistry& backends_;
   const JobWatch& watch_;
   const std::string source_;
-  PartialStore output_;
+  const Existing existing_;
   std::string_view step_;
   Stopwatch clock_;
   FineMesh mesh_;
@@ -214,7 +214,7 @@ std::vector<FaceSide> corners_in_order(const ImportedBase& base, const BaseMesh&
   return corners;
 }
 
-void Import::make_store() {
+void Import::make_store(const std::filesystem::path& path) {
   tell("lay out");
   const auto level = static_cast<std::size_t>(result_.levels - result_.base_level) - 1;
   ImportedBase base = imported_base(mesh_, found_.meshes[level], source_);
@@ -225,7 +225,7 @@ void Import::make_store() {
   result_.base_vertices = laid_out.mesh.vertex_count();
   result_.base_faces = laid_out.mesh.face_count();
   result_.border_edges = laid_out.mesh.border_edge_count();
-  Store store = Store::create(output_.make(), std::move(laid_out), options_of_store(), backends_,
+  Store store = Store::create(path, std::move(laid_out), options_of_store(), backends_,
                               {.base_level = result_.base_level});
   for (const MeshAttribute& attribute : mesh_.attributes)
     store.add_attribute(attribute.schema, result_.levels);
@@ -272,12 +272,19 @@ void Import::write_patches(Store& store, std::span<const FaceSide> corners) {
     } catch (...) {
       next = faces;  // the others stop soon
       const std::scoped_lock lock(mutex);
-      if (!failure) failure = std::current_exception();
+      keep_first(failure);
     }
   };
   {
-    std::vector<std::jthread> helpers;
-    for (int i = 1; i < request_.threads; ++i) helpers.emplace_back([&] { work([](FaceId) {}); });
+    JoinedThreads helpers;
+    try {
+      for (int i = 1; i < request_.threads; ++i)
+        helpers.start(fmt::format("thread {} of {}", i + 1, request_.threads),
+                      [&] { work([](FaceId) {}); });
+    } catch (const Error&) {
+      next = faces;  // the threads that run stop soon
+      throw;
+    }
     work([&](FaceId first) { tell("write", first, faces); });
   }
   if (failure) std::rethrow_exception(failure);

@@ -7,7 +7,7 @@
 
 #include "plait/error.h"
 #include "plait/extend/file.h"
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

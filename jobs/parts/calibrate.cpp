@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "parts/compute_part.h"
 #include "store/left_overs.h"
 
@@ -56,7 +56,7 @@ MachineRates measure_machine(const Directory& plan_directory, const PlanFile& pl
     PlanFile trial = plan;
     trial.plan.parts = figures_of_parts(mesh, starts_around(first, edges, all), cost);
     const std::uint32_t part = first > 0 ? 1 : 0;
-    PartialDirectory directory(final_path, "partial", MadeProof::kMark, remove_made_files);
+    UnpublishedDirectory directory(final_path, "partial", MadeProof::kMark, remove_made_files);
     const ComputedPart computed =
         compute_part(plan_directory, trial, part, directory.directory(), options, backends);
     Trial made;

@@ -8,7 +8,7 @@
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/directory.h"
 #include "plait/extend/parts.h"
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

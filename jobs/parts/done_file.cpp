@@ -11,7 +11,7 @@
 #include "parts/sealed_file.h"
 #include "plait/error.h"
 #include "plait/extend/block_table.h"
-#include "store/shard_tables.h"
+#include "store/parts/shard_tables.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

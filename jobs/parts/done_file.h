@@ -10,7 +10,7 @@
 
 #include "parts/plan_file.h"
 #include "plait/digest.h"
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

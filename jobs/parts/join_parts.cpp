@@ -22,11 +22,10 @@
 #include "plait/error.h"
 #include "plait/extend/file.h"
 #include "plait/extend/parts.h"
-#include "store/joined_store.h"
-#include "store/left_overs.h"
 #include "store/lock.h"
-#include "store/partial_store.h"
+#include "store/parts/joined_store.h"
 #include "store/recovery.h"
+#include "store/unpublished_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -247,11 +246,11 @@ JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::
     return result;
   }
   const Existing existing = options.replace ? Existing::kReplace : Existing::kRefuse;
-  PartialStore output(store, existing);
+  UnpublishedStore::check(store, existing);
   join.look_at_parts(result);
   if (options.verify) join.verify_parts(backends, result);
   if (!result.missing.empty() || !result.bad.empty()) return result;
-  remove_left_overs_of(store, warn);
+  UnpublishedStore output(store, existing, options.warn);
   build_output(output, [&] {
     join.make_store(output.make());
     if (options.verify) join.compare_digest(output.path(), backends, result);
@@ -267,7 +266,7 @@ JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::
     watch.warn = options.warn;
     convert(request, backends, backends, watch);
   } else {
-    output.publish(true, warn);
+    output.publish(true);
   }
   tell_of_others(join);
   result.has_store = true;

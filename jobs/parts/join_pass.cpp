@@ -12,7 +12,7 @@
 #include "parts/pass_store.h"
 #include "plait/error.h"
 #include "plait/extend/block_maker.h"
-#include "store/joined_store.h"
+#include "store/parts/joined_store.h"
 #include "store/recovery.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

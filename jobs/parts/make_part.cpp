@@ -10,6 +10,7 @@
 #include "format/checksum.h"
 #include "format/file_names.h"
 #include "format/version_description.h"
+#include "io/locks.h"
 #include "parts/compute_part.h"
 #include "parts/done_file.h"
 #include "parts/part_directory.h"
@@ -50,7 +51,7 @@ void remove_left_overs(const Directory& directory, const PlanFile& plan, std::ui
     if (!name.starts_with(prefix)) continue;
     try {
       const Directory left(directory, name);
-      if (!left.lock(true)) continue;
+      if (try_lock(left, true) != LockResult::kTaken) continue;
       // A process that ended in the meantime has given done.I its name before it gave up the lock.
       const std::optional<DoneFile> done = find_done(directory, plan, part);
       if (!done || done->directory != name) PartDirectory::remove(directory, name);

@@ -8,7 +8,7 @@
 #include "format/file_names.h"
 #include "plait/extend/backend.h"
 #include "plait/extend/base_relative_level.h"
-#include "store/shard_tables.h"
+#include "store/parts/shard_tables.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

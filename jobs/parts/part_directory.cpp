@@ -1,53 +1,27 @@
 #include "parts/part_directory.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <exception>
-#include <fstream>
-#include <random>
 
 #include "format/file_names.h"
+#include "io/own_machine.h"
+#include "io/unpublished.h"
 #include "parts/done_file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
-namespace {
-
-std::string random_hex() {
-  std::random_device device;
-  return fmt::format("{:08x}", device());
-}
-
-/// The name of the host and the number of the kernel's start. Processes with the same two see each
-/// other's locks (flock), also from different containers. The name alone does not say that: on many
-/// file systems two machines of one name, as containers often have, do not see each other's locks.
-std::string machine_name() {
-  std::array<char, 256> name{};
-  std::string host = "host";
-  if (::gethostname(name.data(), name.size() - 1) == 0) host = name.data();
-  for (char& c : host)
-    if (c == '-' || !is_in_directory_names(c)) c = '_';
-  std::string start;
-  std::ifstream("/proc/sys/kernel/random/boot_id") >> start;
-  start.resize(std::min<std::size_t>(start.size(), 8));
-  return fmt::format("{}-{}", host, start.empty() ? random_hex() : start);
-}
-
-}  // namespace
 
 std::string own_prefix(std::uint32_t part) {
-  static const std::string machine = machine_name();
-  return fmt::format("{}{}-", part_prefix(part), machine);
+  return fmt::format("{}{}-{}-", part_prefix(part), own_machine().host, own_machine().start);
 }
 
 PartDirectory::PartDirectory(const Directory& plan, std::uint32_t part) : plan_(plan) {
-  // Another process may remove the directory as a left-over before it is locked.
-  do {
-    name_ = own_prefix(part) + random_hex() + random_hex();
-    made_ = Directory::make(plan.path_of(name_));
-  } while (!made_.lock(true) || !plan.contains(name_, made_.descriptor()));
+  made_ = make_locked_directory(
+      [&] {
+        name_ = own_prefix(part) + random_hex() + random_hex();
+        return plan.path_of(name_);
+      },
+      true);
 }
 
 PartDirectory::~PartDirectory() {

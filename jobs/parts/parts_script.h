@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -18,11 +18,11 @@ class SbatchScript {
   /// kNoSpace.
   SbatchScript(const std::filesystem::path& script, const std::filesystem::path& plan,
                std::uint32_t parts, std::uint32_t longest);
-  /// Errors: those of PartialFile::publish().
+  /// Errors: those of UnpublishedFile::publish().
   void publish() { file_.publish(); }
 
  private:
-  PartialFile file_;
+  UnpublishedFile file_;
 };
 
 PLAIT_END_NAMESPACE

@@ -9,11 +9,10 @@
 
 #include "base/stopwatch.h"
 #include "execution/part_digest.h"
-#include "parts/pass_halo.h"
 #include "parts/pass_result.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -89,13 +88,11 @@ ComputedPart compute_pass_part(const PlanFile& plan, std::uint32_t part, const D
   Store store = open_part_store(planned.store, of, options.budget_bytes, backends);
   computed.begin_seconds = clock.seconds();
   Pass pass = planned.pass;
-  pass.result = planned.result;
   pass.kernel = options.kernel;
   VisitOptions visit;
   visit.threads = options.threads;
   visit.progress = options.progress;
-  const AttributeId result = make_iterations(
-      store, pass, {planned.iterations, plan.plan.levels - plan.plan.base_level}, visit);
+  const AttributeId result = make_result(store, pass, visit);
   const double visited = clock.seconds();
   computed.content = finish_part_store(store);
   const double written = clock.seconds();

@@ -8,7 +8,6 @@
 #include "format/manifest.h"
 #include "format/version_description.h"
 #include "io/made_mark.h"
-#include "parts/pass_halo.h"
 #include "parts/pass_result.h"
 #include "parts/sealed_file.h"
 #include "plait/detail/edge_shards.h"
@@ -36,10 +35,9 @@ void put_pass(FieldWriter& fields, const PlannedPass& planned, const PassVersion
   fields.put(static_cast<std::uint8_t>(planned.result.components));
   fields.put(version.attribute_number);
   fields.put(version.level_count);
-  fields.put(planned.iterations);
 }
 
-PlannedPass take_pass(FieldReader& fields, PassVersion& version, int refinements) {
+PlannedPass take_pass(FieldReader& fields, PassVersion& version) {
   PlannedPass planned;
   Pass& pass = planned.pass;
   planned.store = fields.take_utf8(kMostText, "the path of the store");
@@ -71,12 +69,6 @@ PlannedPass take_pass(FieldReader& fields, PassVersion& version, int refinements
   version.level_count = fields.take<std::uint32_t>("the number of levels");
   fields.require(version.level_count <= kMaxAttributes * kMaxLevel, "the number of levels",
                  version.level_count);
-  planned.iterations = fields.take<std::uint32_t>("the number of iterations");
-  try {
-    check_iterations(pass, {planned.iterations, refinements});
-  } catch (const Error& error) {
-    fields.require(false, "the number of iterations", error.what());
-  }
   return planned;
 }
 
@@ -166,8 +158,7 @@ PlanFile read_plan_file(const Directory& directory) {
     if (at > 0) plan.parts.back().edge_after = part.first_edge;
     plan.parts.push_back(part);
   }
-  if (sealed.kind() == kPassKind)
-    plan.pass = take_pass(fields, file.of_pass, plan.levels - plan.base_level);
+  if (sealed.kind() == kPassKind) plan.pass = take_pass(fields, file.of_pass);
   return file;
 }
 

@@ -5,8 +5,6 @@
 #include <utility>
 
 #include "base/default_arithmetic.h"
-#include "io/made_mark.h"
-#include "io/partial_output.h"
 #include "job_rules.h"
 #include "parts/calibrate.h"
 #include "parts/cuts.h"
@@ -17,7 +15,7 @@
 #include "plait/extend/provenance.h"
 #include "plait/mesh_io.h"
 #include "schemes/table.h"
-#include "store/left_overs.h"
+#include "store/new_output.h"
 #include "store/store_checks.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -75,13 +73,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
     file.position_pipeline = pipeline_text(request, backend, position);
     if (request.normals) file.normal_pipeline = pipeline_text(request, backend, normal);
   }
-  PartialDirectory output(OutputName(request.plan).path, "partial", MadeProof::kMark, remove_plan);
-  const auto taken = [&] {
-    return Error(ErrorCode::kInvalidArgument,
-                 fmt::format("create {}: it exists already", output.final_path().native()))
-        .about(output.final_path());
-  };
-  if (const OutputName name(request.plan); name.directory.contains(name.name)) throw taken();
+  check_new_directory(request.plan);
   BaseMesh mesh = read_base_mesh(request.mesh, &plan.warnings);
   plan.vertices = counts_at_level(mesh, request.levels).vertices;
   plan.levels = request.levels;
@@ -129,18 +121,17 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
                attributes + 4;  // and base records, base.mesh, version, manifest, lock
 
   if (request.before_files) request.before_files();
-  remove_left_overs_of(request.plan,
-                       [&](const std::string& what) { plan.warnings.push_back(what); });
-  const Directory& directory = output.directory();
-  file.base_mesh = write_base_mesh_file(directory, mesh);
-  if (request.calibrate) {
-    plan.rates = measure_machine(directory, file, mesh.topology(), cost, output.final_path(),
-                                 request.progress, backends);
-    for (PlannedPart& part : plan.parts) part.seconds = seconds_of(part, cost, *plan.rates);
-  }
-  write_plan_file(directory, file);
-  directory.remove(kMadeMarkName);
-  if (!output.publish(true)) throw taken();
+  make_new_directory(
+      request.plan, [&](const std::string& what) { plan.warnings.push_back(what); }, remove_plan,
+      [&](const Directory& directory) {
+        file.base_mesh = write_base_mesh_file(directory, mesh);
+        if (request.calibrate) {
+          plan.rates = measure_machine(directory, file, mesh.topology(), cost,
+                                       OutputName(request.plan).path, request.progress, backends);
+          for (PlannedPart& part : plan.parts) part.seconds = seconds_of(part, cost, *plan.rates);
+        }
+        write_plan_file(directory, file);
+      });
   return plan;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("plan parts");

@@ -5,17 +5,15 @@
 
 #include "base/default_arithmetic.h"
 #include "format/manifest.h"
-#include "io/made_mark.h"
-#include "io/partial_output.h"
+#include "io/machine.h"
 #include "parts/cuts.h"
-#include "parts/pass_halo.h"
 #include "parts/pass_result.h"
 #include "parts/plan_file.h"
 #include "passes/surface_passes.h"
 #include "plait/error.h"
 #include "plait/extend/parts.h"
 #include "plait/extend/provenance.h"
-#include "store/left_overs.h"
+#include "store/new_output.h"
 #include "store/recovery.h"
 #include "store/stored_version.h"
 
@@ -56,11 +54,10 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
   file.block_bytes = at.block_bytes;
   file.layout = at.provenance.layout;
   PlannedPass& planned = plan.pass.emplace();
-  planned.store = std::filesystem::absolute(request.store).lexically_normal();
+  planned.store = absolute_path(request.store).lexically_normal();
   planned.version = version.manifest().sequence;
   planned.pass = request.pass;
   planned.pass.kernel = {};
-  planned.iterations = request.iterations;
   const VersionDescription next = version_after(at, request.pass, file.version(), plan.program);
   file.of_pass.attribute_number = at.next_attribute_number;
   for (const AttributeRecord& attribute : next.attributes) {
@@ -74,13 +71,6 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("plan pass over {}: expected levels over the base mesh, found none",
                             request.store.native()));
-  const PassIterations iterations{request.iterations, plan.levels - plan.base_level};
-  check_iterations(request.pass, iterations);
-  if (iterations.count > 1 && next.attributes.size() > at.attributes.size())
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("pass '{}': {} iterations in one plan: the store has no '{}' that they "
-                            "could read; plan one first",
-                            request.pass.name, iterations.count, planned.result.name));
   plan.files = at.shards.size() * (file.of_pass.level_count + 1) + next.attributes.size() +
                next.face_attributes.size() + 4;
   return file;
@@ -91,12 +81,7 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
 PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends) try {
   const DefaultArithmetic arithmetic;
   check_pass(request.pass);
-  PartialDirectory output(OutputName(request.plan).path, "partial", MadeProof::kMark, remove_plan);
-  const auto taken = [&] {
-    return Error(ErrorCode::kInvalidArgument,
-                 fmt::format("create {}: it exists already", output.final_path().native()));
-  };
-  if (const OutputName name(request.plan); name.directory.contains(name.name)) throw taken();
+  check_new_directory(request.plan);
   PlanFile file;
   PartsPlan& plan = file.plan;
   OpenOptions open;
@@ -119,8 +104,6 @@ PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends)
     plan.parts = figures_of_parts(store.base().topology(), starts, cost);
     for (PlannedPart& part : plan.parts)
       part.bytes = part.records * plan.pass->result.record_bytes();
-    add_iterations(plan.parts, store.base().topology(), cost, plan.pass->pass,
-                   {plan.pass->iterations, cost.levels});
   }
   plan.vertices = counts_at_level(store.base(), plan.levels - plan.base_level).vertices;
   if (Pass& pass = plan.pass->pass; pass.name == "noise" && !pass.diagonal) {
@@ -133,12 +116,9 @@ PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends)
   store.close();
 
   if (request.before_files) request.before_files();
-  remove_left_overs_of(request.plan,
-                       [&](const std::string& what) { plan.warnings.push_back(what); });
-  const Directory& directory = output.directory();
-  write_plan_file(directory, file);
-  directory.remove(kMadeMarkName);
-  if (!output.publish(true)) throw taken();
+  make_new_directory(
+      request.plan, [&](const std::string& what) { plan.warnings.push_back(what); }, remove_plan,
+      [&](const Directory& directory) { write_plan_file(directory, file); });
   return plan;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("plan pass");

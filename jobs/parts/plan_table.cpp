@@ -44,9 +44,9 @@ void check_kind(const PlanArguments& arguments, const JobOptions& options) {
     if (!is_given(options, name))
       throw JobError(ErrorCode::kInvalidArgument,
                      fmt::format("plan: expected the option {}, found none", name), name);
-  refuse_any({"factor", "amplitude", "seed", "diagonal", "fuse-iterations", "result", "parameters",
-              "memory", "threads"},
-             "this is an option of a pass");
+  refuse_any(
+      {"factor", "amplitude", "seed", "diagonal", "result", "parameters", "memory", "threads"},
+      "this is an option of a pass");
 }
 
 /// "folded,float32,1".
@@ -81,7 +81,7 @@ PartsPlan make_plan(PlanArguments& arguments, const JobCall& call) {
       script.emplace(arguments.sbatch, arguments.plan, static_cast<std::uint32_t>(parts),
                      arguments.longest_array);
   };
-  if (!arguments.sbatch.empty()) PartialFile::check(arguments.sbatch, Existing::kRefuse);
+  if (!arguments.sbatch.empty()) UnpublishedFile::check(arguments.sbatch, Existing::kRefuse);
   PartsPlan plan;
   if (arguments.pass_name) {
     PassRequest& request = arguments.of_pass;
@@ -149,7 +149,6 @@ JobReport plan_report(const std::filesystem::path& path, const PartsPlan& plan) 
     report["store"] = plan.pass->store.string();
     report["version"] = plan.pass->version;
     report["attribute"] = plan.pass->result.name;
-    report["iterations"] = plan.pass->iterations;
     if (plan.pass->pass.diagonal) report["diagonal"] = *plan.pass->pass.diagonal;
   }
   if (plan.rates)
@@ -217,12 +216,6 @@ void add_pass_options(JobTable<PlanArguments>& table) {
       "diagonal", [](PlanArguments & arguments) -> auto& { return pass_of(arguments).diagonal; }, 0,
       std::numeric_limits<double>::max(),
       "noise: that of the bounding box; default: plan reads all positions once");
-  table.count(
-      "fuse-iterations",
-      [](PlanArguments & arguments) -> auto& { return arguments.of_pass.iterations; }, 1,
-      kMostIterations,
-      "smooth, noise: how many iterations in this plan, with one join; each part also computes a "
-      "halo around it");
   table.named(
       "result",
       [](PlanArguments& arguments, const std::string& text) {

@@ -18,8 +18,7 @@
 #include "remesh/sampled_surface.h"
 #include "remesh/scan_attributes.h"
 #include "remesh/scan_progress.h"
-#include "store/left_overs.h"
-#include "store/partial_store.h"
+#include "store/new_output.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -93,7 +92,8 @@ void ScanRun::check_request() const {
         fmt::format("remesh: expected at most {} faces of the base mesh at level {}, found "
                     "{}",
                     kMostSmallFaces >> (2 * request_.levels), request_.levels, request_.faces));
-  PartialStore::check(request_.store, request_.replace ? Existing::kReplace : Existing::kRefuse);
+  UnpublishedStore::check(request_.store,
+                          request_.replace ? Existing::kReplace : Existing::kRefuse);
 }
 
 void ScanRun::check_memory(std::uint64_t scan_faces) const {
@@ -132,16 +132,13 @@ void ScanRun::read_scan() {
 void ScanRun::make_store() {
   const Stopwatch clock;
   if (watch_.before_files) watch_.before_files();
-  PartialStore output(request_.store, request_.replace ? Existing::kReplace : Existing::kRefuse);
-  const auto warn = [&](const std::string& what) {
-    if (watch_.warn) watch_.warn(what);
-  };
-  remove_left_overs_of(request_.store, warn);
-  build_output(output, [&] { write_store(output.make()); });
-  report_.write_seconds = clock.seconds();
-  measure();
-  progress_.begin("publish", 1000);
-  output.publish(request_.options.durability == Durability::kCommit, warn);
+  make_new_store(request_.store, request_.replace ? Existing::kReplace : Existing::kRefuse,
+                 request_.options.durability, watch_.warn, [&](const std::filesystem::path& path) {
+                   write_store(path);
+                   report_.write_seconds = clock.seconds();
+                   measure();
+                   progress_.begin("publish", 1000);
+                 });
 }
 
 void ScanRun::write_store(const std::filesystem::path& path) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "base/threads.h"
 #include "distance/closest_point.h"
 #include "mesh/parallel_parts.h"
 #include "plait/error.h"
@@ -84,8 +85,10 @@ void write_attributes(const ScanAttributes& attributes, const Surface& scan,
       if (progress &&
           !progress({"attributes", attribute * faces + first, attributes.count() * faces}))
         throw Error(ErrorCode::kCancelled, "remesh: cancelled, attributes");
-      tbb::parallel_for(first, std::min(first + kFacesAtOnce, faces),
-                        [&](std::size_t face) { write_face(static_cast<FaceId>(face)); });
+      on_workers([&] {
+        tbb::parallel_for(first, std::min(first + kFacesAtOnce, faces),
+                          [&](std::size_t face) { write_face(static_cast<FaceId>(face)); });
+      });
     }
     writer.finish();
   }

@@ -11,7 +11,7 @@
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "schemes/table.h"
-#include "store/partial_store.h"
+#include "store/unpublished_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -187,7 +187,7 @@ void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan) {
   if (!plan.keeps_store || plan.commits_levels) return;
   const bool replaces = request.existing == ExistingStore::kReplace;
   try {
-    PartialStore::check(request.store, replaces ? Existing::kReplace : Existing::kRefuse);
+    UnpublishedStore::check(request.store, replaces ? Existing::kReplace : Existing::kRefuse);
   } catch (const Error& error) {
     std::error_code ignored;
     const bool taken =

@@ -21,7 +21,7 @@ void check_compression(const SubdivisionRequest& request, const BackendRegistry&
                        SubdivisionPlan& plan);
 /// Refuses bounds of errors that the run cannot keep.
 void check_bounds(const SubdivisionRequest& request, const BaseMesh& mesh, SubdivisionPlan& plan);
-/// Refuses the name of a new store if PartialStore would refuse it.
+/// Refuses the name of a new store if UnpublishedStore would refuse it.
 void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan);
 
 PLAIT_END_NAMESPACE

@@ -9,10 +9,10 @@
 #include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
+#include "plait/extend/notices.h"
 #include "plait/extend/recode_attribute.h"
 #include "plait/extend/store_access.h"
 #include "store/attribute_levels.h"
-#include "store/left_overs.h"
 #include "subdivision/earlier_run.h"
 #include "subdivision/planning.h"
 #include "subdivision/run_size.h"
@@ -78,11 +78,10 @@ void PlannedRun::create_store(BaseMesh base) {
   };
   if (!plan_.keeps_store) return create({});
   if (plan_.commits_levels) return create(request_.store);
-  output_.emplace(request_.store, request_.existing == ExistingStore::kReplace ? Existing::kReplace
-                                                                               : Existing::kRefuse);
-  remove_left_overs_of(request_.store, [&](const std::string& what) {
-    if (watch_.warn) watch_.warn(what);
-  });
+  output_.emplace(
+      request_.store,
+      request_.existing == ExistingStore::kReplace ? Existing::kReplace : Existing::kRefuse,
+      watch_.warn);
   build_output(*output_, [&] { create(output_->make()); });
 }
 
@@ -98,6 +97,7 @@ void PlannedRun::open_store(BaseMesh base) {
   if (watch_.before_files) watch_.before_files();
   const Stopwatch clock;
   if (!store_) create_store(std::move(base));
+  tell_notices(*store_, watch_.warn);
   result_.resumed_level = store_->finest_level();
   result_.base_mesh_bytes =
       store_->base().memory_bytes() + subdivide_resident_bytes(*store_, plan_.subdivide);
@@ -190,7 +190,7 @@ void PlannedRun::publish() {
   enter("publish");
   result_.store = output_ ? output_->final_path() : store_->path();
   store_->close();
-  if (output_) output_->publish(plan_.store.durability == Durability::kCommit, watch_.warn);
+  if (output_) output_->publish(plan_.store.durability == Durability::kCommit);
 }
 
 PLAIT_END_NAMESPACE

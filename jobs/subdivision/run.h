@@ -8,7 +8,7 @@
 
 #include "plait/store.h"
 #include "plait/subdivision_job.h"
-#include "store/partial_store.h"
+#include "store/unpublished_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -46,7 +46,7 @@ class PlannedRun {
   const BackendRegistry& backends_;
   SubdivisionPlan& plan_;
   const JobWatch& watch_;
-  std::optional<PartialStore> output_;  ///< of a new store, unless the job commits levels
+  std::optional<UnpublishedStore> output_;  ///< of a new store, unless the job commits levels
   std::optional<Store>& store_;
   SubdivisionResult result_;
 };

@@ -8,7 +8,7 @@
 
 #include "base/byte_text.h"
 #include "io/machine.h"
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "job_rules.h"
 #include "plait/error.h"
 #include "schemes/table.h"

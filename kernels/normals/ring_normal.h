@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "normals/normal_rules.h"
-#include "plait/detail/vertex_rings.h"
+#include "plait/vertex_rings.h"
 
 namespace plait::normals {
 

@@ -8,9 +8,9 @@
 
 #include "passes/vertex_noise.h"
 #include "plait/detail/namespace.h"
-#include "plait/detail/vertex_rings.h"
 #include "plait/extend/topology.h"
 #include "plait/extend/vector3.h"
+#include "plait/vertex_rings.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

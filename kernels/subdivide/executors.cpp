@@ -6,7 +6,6 @@
 #include "plait/extend/fused.h"
 #include "plait/extend/store_access.h"
 #include "plait/subdivide.h"
-#include "subdivide/beginning.h"
 #include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -30,7 +29,7 @@ ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted) {
   const SubdivideOptions options = with_threads(wanted);
   const AttributeId position = store.attribute("position");
   const int levels = options.levels - store.base_level();
-  if (finest_kept_level(store, options.scheme) != store.base_level() || options.level_done ||
+  if (store.attributes()[position].finest_level != store.base_level() || options.level_done ||
       levels < 1 || levels > kMostFusedLevels)
     return ExecutorKind::kSweep;
   for (int level = store.base_level() + 1; level <= options.levels; ++level)

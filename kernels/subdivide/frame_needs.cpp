@@ -4,7 +4,6 @@
 #include "execution/pin_needs.h"
 #include "plait/subdivide.h"
 #include "schemes/table.h"
-#include "subdivide/beginning.h"
 #include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -67,7 +66,7 @@ std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& opti
 std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& wanted) {
   const SubdivideOptions options = with_threads(wanted);
   const AttributeInfo& position = store.attributes()[store.attribute("position")];
-  const bool makes_levels = finest_kept_level(store, options.scheme) < options.levels;
+  const bool makes_levels = position.finest_level < options.levels;
   const std::size_t record_bytes = position.schema.record_bytes();
   switch (executor_for(store, options)) {
     case ExecutorKind::kAuto:  // executor_for() gives another one

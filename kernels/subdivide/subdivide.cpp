@@ -14,8 +14,8 @@
 #include "plait/extend/store_access.h"
 #include "plait/extend/thread_count.h"
 #include "schemes/table.h"
-#include "subdivide/beginning.h"
 #include "subdivide/steps.h"
+#include "subdivide/subdivision_start.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -32,96 +32,117 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
   return total;
 }
 
-/// Records in the provenance how this run makes the levels.
-template <class Real>
-void record(Store& store, const SubdivideOptions& options, bool limit, bool only_this_run) {
-  Provenance provenance = store.provenance();
-  provenance.scheme = only_this_run ? traits_of(options.scheme).name : "";
-  provenance.limit = limit;
-  provenance.precision = RecordTraits<Real>::kType;
-  provenance.program = program_version();
-  StoreAccess::set_provenance(store, provenance);
-}
+/// Replacements for attributes of the store, or new ones.
+struct Replacements {
+  AttributeId normal = kNoId, limit = kNoId;
+};
 
+/// The positions, normals and limit positions of one run, and what of them is unfinished.
 template <class Rule>
-void run_subdivision(Store& store, const SubdivideOptions& options, Beginning& beginning,
-                     const Rule& rule) {
+class Work {
+ public:
   using Real = typename Rule::Real;
-  const bool sweeping = options.executor != ExecutorKind::kTransparent;
-  const int base_level = store.base_level(), levels = options.levels, done = beginning.level();
-  UnfinishedLevels unfinished;  // until all passes over the levels have ended
-  const auto add_levels = [&](AttributeId id) {
-    for (int level = base_level + 1; level <= levels; ++level) {
-      store.add_level(id);
-      unfinished.add(StoreAccess::level_file(store, id, level), Access::kOverwrite);
+
+  Work(Store& store, const SubdivideOptions& options, const SubdivisionStart& start,
+       const Rule& rule)
+      : start_(start), rule_(rule), run_(store, options, store.attribute("position")) {
+    run_.vertices_total = planned_vertices(store, options, start.level() + 1);
+  }
+
+  void run() {
+    if (is_fused()) return make_all();
+    read_rings(run_, start_.level());
+    for (int level = start_.level() + 1; level <= options().levels; ++level) make_level(level);
+    if (options().normals || options().limit) make_surface_of_finest();
+  }
+
+ private:
+  Store& store() const { return run_.store; }
+  const SubdivideOptions& options() const { return run_.options; }
+  bool is_fused() const { return options().executor == ExecutorKind::kFused; }
+  bool sweeps() const { return options().executor != ExecutorKind::kTransparent; }
+  int first_level() const { return store().base_level() + 1; }
+
+  /// Marks the base records first, so that nothing of the work can be committed before all is done.
+  void mark_base(AttributeId id, Access access) {
+    unfinished_.add_base(StoreAccess::base_records_of(store(), id), access);
+  }
+  void mark(AttributeId id, int level, Access access) {
+    unfinished_.add(StoreAccess::level_file(store(), id, level), access);
+  }
+  void record(bool limit) {
+    Provenance provenance = start_.provenance();
+    provenance.limit = limit;
+    StoreAccess::set_provenance(store(), provenance);
+  }
+  void add_levels(AttributeId id) {
+    for (int level = first_level(); level <= options().levels; ++level) {
+      store().add_level(id);
+      mark(id, level, Access::kOverwrite);
     }
-  };
-  const auto add = [&](bool wanted, const AttributeSchema& schema) {
-    if (!wanted) return kNoId;
-    const AttributeId id = beginning.add(schema);
-    if (options.executor == ExecutorKind::kFused) StoreAccess::plan_levels(store, id, levels);
+  }
+  AttributeId add_replacement(const AttributeSchema& schema) {
+    const AttributeId id = StoreAccess::add_replacement(store(), schema);
+    mark_base(id, Access::kOverwrite);
+    if (is_fused()) StoreAccess::plan_levels(store(), id, options().levels);
     add_levels(id);
     return id;
-  };
-  // If the existing levels are limit positions or were made by another scheme, this scheme alone
-  // would not have made them. So the provenance names no scheme.
-  const Provenance before = store.provenance();
-  const bool only_this_run =
-      done == base_level || (before.scheme == traits_of(options.scheme).name && !before.limit);
-  if (levels > done) record<Real>(store, options, false, only_this_run);
-  if (options.executor == ExecutorKind::kFused && levels > base_level) {
-    if (options.limit) record<Real>(store, options, true, only_this_run);
-    StoreAccess::plan_levels(store, store.attribute("position"), levels);
-    add_levels(store.attribute("position"));
-    beginning.check_budget();
-    if (options.normals && store.has_attribute("normal"))
-      store.remove_attribute(store.attribute("normal"));
-    const AttributeId normal = add(options.normals, schema_of<Vector3<float>>("normal"));
-    SubdivisionRun<Real> run(store, options, store.attribute("position"));
-    run.vertices_total = planned_vertices(store, options, done + 1);
-    run_fused(run, rule, normal);
-    unfinished.finish();
-    return;
   }
-  const AttributeId position = store.attribute("position");
-  SubdivisionRun<Real> run(store, options, position);
-  run.vertices_total = planned_vertices(store, options, done + 1);
-  read_rings(run, done);
 
-  for (int level = done + 1; level <= levels; ++level) {
-    store.add_level(position);
-    if (level == done + 1) beginning.check_budget();
-    // The new level first: if another one refuses, nobody can read it. Coarser ones only if their
-    // vertices move.
-    const int first = traits_of(options.scheme).moves_even ? base_level + 1 : level;
-    for (int written = level; written >= first; --written)
-      unfinished.add(StoreAccess::level_file(store, position, written), Access::kUpdate);
-    sweeping ? make_odd(run, rule, level) : make_odd_transparent(run, rule, level);
+  /// All levels and the surface in one pass.
+  void make_all() {
+    const AttributeId position = run_.position;
+    mark_base(position, Access::kUpdate);
+    record(options().limit);
+    StoreAccess::plan_levels(store(), position, options().levels);
+    add_levels(position);
+    const AttributeId normal =
+        options().normals ? add_replacement(schema_of<Vector3<float>>("normal")) : kNoId;
+    run_fused(run_, rule_, normal);
+    if (normal != kNoId) StoreAccess::name_replacement(store(), normal);
+    unfinished_.finish();
+  }
+
+  void make_level(int level) {
+    const AttributeId position = run_.position;
+    mark_base(position, Access::kUpdate);
+    record(false);
+    store().add_level(position);
+    // Coarser levels only if their vertices move.
+    const int first = traits_of(options().scheme).moves_even ? first_level() : level;
+    for (int written = level; written >= first; --written) mark(position, written, Access::kUpdate);
+    sweeps() ? make_odd(run_, rule_, level) : make_odd_transparent(run_, rule_, level);
     if constexpr (Rule::kRingCount == 1)
-      if (rule.moves_even())
-        sweeping ? move_even(run, rule, level) : move_even_transparent(run, rule, level);
-    unfinished.finish();
-    const StorePass pause(std::as_const(store), StorePass::Kind::kPause);
-    if (options.level_done) options.level_done(level);
+      if (rule_.moves_even())
+        sweeps() ? move_even(run_, rule_, level) : move_even_transparent(run_, rule_, level);
+    unfinished_.finish();
+    const StorePass pause(std::as_const(store()), StorePass::Kind::kPause);
+    if (options().level_done) options().level_done(level);
   }
-  if (!options.normals && !options.limit) return;
 
-  // The committed normals must stay readable until all new normals are complete, so the new ones
-  // are another attribute at first.
-  const bool replaces_normals = store.has_attribute("normal");
-  const AttributeId normal =
-      add(options.normals, schema_of<Vector3<float>>(replaces_normals ? "normal_anew" : "normal"));
-  const AttributeId limit = add(options.limit, schema_of<Vector3<Real>>("limit"));
-  sweeping ? make_surface(run, rule, levels, normal, limit)
-           : make_surface_transparent(run, rule, levels, normal, limit);
-  unfinished.finish();
-  if (limit != kNoId) {
-    store.replace_attribute(position, limit);
-    record<Real>(store, options, true, only_this_run);
+  /// What the store has under these names stays until all of the surface is complete.
+  void make_surface_of_finest() {
+    const int level = options().levels;
+    const AttributeSchema of_position = store().attributes()[run_.position].schema;
+    const AttributeId normal =
+        options().normals ? add_replacement(schema_of<Vector3<float>>("normal")) : kNoId;
+    const AttributeId limit = options().limit ? add_replacement(of_position) : kNoId;
+    sweeps() ? make_surface(run_, rule_, level, normal, limit)
+             : make_surface_transparent(run_, rule_, level, normal, limit);
+    // From the last one on, because naming one may move those after it.
+    if (limit != kNoId) {
+      StoreAccess::name_replacement(store(), limit);
+      record(true);
+    }
+    if (normal != kNoId) StoreAccess::name_replacement(store(), normal);
+    unfinished_.finish();
   }
-  if (replaces_normals)
-    store.replace_attribute(store.attribute("normal"), store.attribute("normal_anew"));
-}
+
+  const SubdivisionStart& start_;
+  const Rule& rule_;
+  SubdivisionRun<Real> run_;
+  UnfinishedLevels unfinished_;  ///< until all passes over the levels have ended
+};
 
 template <class Real>
 void fill_base(Store& store) {
@@ -174,25 +195,14 @@ void subdivide(Store& store, const SubdivideOptions& options) try {
   if (!is_double)
     StoreAccess::check_type(store, store.attribute("position"), ComponentType::kFloat32, 3);
   const SubdivideOptions given = with_threads(options);
+  const SubdivisionStart start(store, given);
   SubdivideOptions chosen = given;
-  Beginning beginning(store, given);
   chosen.executor = executor_for(store, given);
   // The fused executor makes levels. Normals of base vertices alone are a sweep's work.
   if (given.levels == store.base_level() && chosen.executor == ExecutorKind::kFused)
     chosen.executor = ExecutorKind::kSweep;
-  try {
-    beginning.clear_away();
-    const auto run = [&](const auto& rule) { run_subdivision(store, chosen, beginning, rule); };
-    is_double ? with_rule<double>(options.scheme, run) : with_rule<float>(options.scheme, run);
-  } catch (const Error& error) {
-    // What the work refuses later leaves no more than what is refused at the beginning.
-    beginning.undo(error.code() == ErrorCode::kBudget || error.code() == ErrorCode::kBadState);
-    throw;
-  } catch (...) {
-    beginning.undo(false);
-    throw;
-  }
-  beginning.finish(options.limit);
+  const auto run = [&](const auto& rule) { Work(store, chosen, start, rule).run(); };
+  is_double ? with_rule<double>(options.scheme, run) : with_rule<float>(options.scheme, run);
 } catch (const std::bad_alloc&) {
   throw out_of_memory("subdivide " + store.path().native());
 }
@@ -201,23 +211,19 @@ std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOption
   const SubdivideOptions options = with_threads(wanted);
   const std::uint64_t record_bytes =
       store.attributes()[store.attribute("position")].schema.record_bytes();
-  // The base records as they were at the beginning, and before there were levels.
-  const std::uint64_t kept = 2 * record_bytes * store.base().vertex_count();
   if (executor_for(store, options) == ExecutorKind::kFused && options.levels > store.base_level()) {
     const auto bytes = [&]<class Rule>(const Rule&) {
       return fused_resident_bytes<Rule>(store, options);
     };
-    return kept + (record_bytes == sizeof(Vector3<double>)
-                       ? with_rule<double>(options.scheme, bytes)
-                       : with_rule<float>(options.scheme, bytes));
+    return record_bytes == sizeof(Vector3<double>) ? with_rule<double>(options.scheme, bytes)
+                                                   : with_rule<float>(options.scheme, bytes);
   }
   // A scheme of two rings has the rings of two levels in memory, and its extraordinary
   // values.
   const bool two_rings = traits_of(options.scheme).ring_count == 2;
   const std::uint64_t side =
       (std::uint64_t{1} << relative_to_base(options.levels, store.base_level()).refinements) + 3;
-  return kept +
-         (2 * record_bytes * (two_rings ? 2 : 1) + (two_rings ? 48 : 0)) *
+  return (2 * record_bytes * (two_rings ? 2 : 1) + (two_rings ? 48 : 0)) *
              store.base().edge_count() +
          static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;
 }

@@ -14,7 +14,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// A batch is handed over when it has so many vertices, or so many records of neighbours.
+/// The vertices of a batch, and its records of neighbours, after which it is handed over.
 constexpr std::size_t kMostVertices = std::size_t{1} << 16;
 constexpr std::size_t kMostNeighbours = 6 * kMostVertices;
 
@@ -146,7 +146,10 @@ class BatchVisit {
 
   void run() {
     plan_.run([&](const SweepView& view, EdgeId edge, int) { add_edge(view, edge); },
-              [&] { visit_base(); }, [&] { hand_over_all(); });
+              [&] {
+                if (plan_.visits_base()) visit_base();
+              },
+              [&] { hand_over_all(); });
   }
 
  private:
@@ -156,13 +159,12 @@ class BatchVisit {
     for (std::size_t number = 0; number < attributes.size(); ++number) {
       const BatchAttribute& of = attributes[number];
       const AttributeId id = plan.attribute(number);
-      Store& store = plan.store();
-      // Base records that are only read stay as they were committed.
-      const std::span<const std::byte> read = std::as_const(store).base_bytes(id);
-      std::byte* const base = of.access == Access::kRead ? const_cast<std::byte*>(read.data())
-                                                         : store.base_bytes(id).data();
-      sources.push_back(
-          {of.access, of.rings, store.attributes()[id].schema.record_bytes(), base, {}, {}});
+      sources.push_back({of.access,
+                         of.rings,
+                         plan.store().attributes()[id].schema.record_bytes(),
+                         plan.base_bytes(number).data(),
+                         {},
+                         {}});
     }
     return sources;
   }
@@ -208,7 +210,8 @@ class BatchVisit {
     for (std::size_t number = 0; number < sources_.size(); ++number)
       if (sources_[number].rings) gather(view, number, edge);
     const bool border = mesh_.edges[edge].is_border();
-    for (int refinement = 1; refinement <= plan_.refinements(); ++refinement) {
+    for (int refinement = plan_.first_refinement(); refinement <= plan_.refinements();
+         ++refinement) {
       const VertexRun slot = plan_.run_of(refinement, edge, 0);
       const std::int64_t n = slot_side(refinement);
       const SlotRows rows{plan_.shape_of(refinement, edge), border};
@@ -318,12 +321,12 @@ std::vector<VisitedAttribute> visited(const Store& store,
 
 }  // namespace
 
-void visit_batches(Store& store, const VisitOptions& options,
+void visit_batches(Store& store, const VisitOptions& options, int first_level,
                    const std::vector<BatchAttribute>& attributes,
                    const std::function<void(const VertexBatch&)>& visit) {
   if (options.threads != 1)
     throw Error(ErrorCode::kInvalidArgument, "visit batches: expected 1 thread");
-  const VisitPlan plan(store, options, visited(store, attributes));
+  const VisitPlan plan(store, options, visited(store, attributes), first_level);
   BatchVisit(plan, attributes, visit).run();
 }
 

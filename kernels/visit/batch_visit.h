@@ -42,11 +42,11 @@ struct VertexBatch {
   const BatchRecords* attributes = nullptr;  ///< in the order of the call
 };
 
-/// Calls `visit` until every vertex of levels 0 to `options.level` was in exactly one batch, from
-/// the calling thread. A batch has 65,536 vertices or a few more at most. options.threads must
-/// be 1. Each result depends only on what `visit` reads, so the bits do not depend on blocks and
-/// budget. Errors: those of visit_vertices(), and those of `visit`.
-void visit_batches(Store& store, const VisitOptions& options,
+/// Calls `visit` until every vertex of levels `first_level` to `options.level` was in exactly one
+/// batch, from the calling thread. A batch has 65,536 vertices or a few more at most.
+/// options.threads must be 1. Each result depends only on what `visit` reads, so the bits do not
+/// depend on blocks and budget. Errors: those of visit_vertices(), and those of `visit`.
+void visit_batches(Store& store, const VisitOptions& options, int first_level,
                    const std::vector<BatchAttribute>& attributes,
                    const std::function<void(const VertexBatch&)>& visit);
 

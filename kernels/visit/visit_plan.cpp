@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "base/default_arithmetic.h"
@@ -44,7 +45,7 @@ int finest_level_of(const Store& store, const VisitOptions& options,
 }  // namespace
 
 VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
-                     std::vector<VisitedAttribute> attributes)
+                     std::vector<VisitedAttribute> attributes, int first_level)
     : store_(&store),
       options_(&options),
       threads_(thread_count(options.threads, fmt::format("visit '{}'", options.name))),
@@ -70,6 +71,10 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
         options, ErrorCode::kInvalidArgument,
         fmt::format("level {}, expected {} or more: the base mesh of the store is level {}", level_,
                     first, first));
+  if (first_level > level_)
+    refuse_visit(options, ErrorCode::kInvalidArgument,
+                 fmt::format("levels {} to {}: expected a first level of {} or less", first_level,
+                             level_, level_));
   for (const VisitedAttribute& attribute : attributes_) {
     const int finest = store.attributes()[attribute.id].finest_level;
     if (level_ > finest)
@@ -79,6 +84,7 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
                                level_, attribute.name, finest, level_));
   }
   refinements_ = relative_to_base(level_, first).refinements;
+  first_refinement_ = first_level - first;
   // Of the whole level also in the store of one part: runs have the numbers that the store gives.
   for (int level = first + 1; level <= level_; ++level)
     numbers_.push_back(
@@ -90,11 +96,11 @@ void VisitPlan::for_each_outer_spoke(
     std::size_t number,
     const std::function<void(EdgeId, const std::byte*, const std::byte*)>& visit) const {
   if (!own_vertices_) return;
-  const PassEdges own = StoreAccess::pass_edges(*store_);
+  const EdgeRange own = StoreAccess::edges(*store_);
   std::vector<EdgeId> outer;
   for (const VertexId vertex : *own_vertices_)
     for_each_spoke(mesh_, vertex, [&](EdgeId edge) {
-      if (!own.contains(edge)) outer.push_back(edge);
+      if (edge < own.first || edge >= own.after) outer.push_back(edge);
     });
   std::ranges::sort(outer);
   outer.erase(std::unique(outer.begin(), outer.end()), outer.end());
@@ -119,9 +125,19 @@ SweepPass VisitPlan::pass() const {
   SweepPass pass;
   pass.name = options_->name;
   for (const VisitedAttribute& attribute : attributes_)
-    pass.accesses.push_back({attribute.id, store_->base_level() + 1, level_, attribute.access,
-                             attribute.rings ? Reach::kFaces : Reach::kOwn});
+    pass.accesses.push_back(
+        {attribute.id, store_->base_level() + (attribute.rings ? 1 : first_refinement()), level_,
+         attribute.access, attribute.rings ? Reach::kFaces : Reach::kOwn});
   return pass;
+}
+
+std::span<std::byte> VisitPlan::base_bytes(std::size_t number) const {
+  const VisitedAttribute& attribute = attributes_[number];
+  if (attribute.access != Access::kRead && visits_base())
+    return StoreAccess::base_bytes(*store_, attribute.id, attribute.access);
+  // Base records that are only read stay as they were committed.
+  const std::span<const std::byte> read = std::as_const(*store_).base_bytes(attribute.id);
+  return {const_cast<std::byte*>(read.data()), read.size()};
 }
 
 VisitNeeds VisitPlan::needs() const {
@@ -137,55 +153,57 @@ VisitNeeds VisitPlan::needs() const {
   return needs;
 }
 
+std::uint64_t VisitPlan::base_vertices() const {
+  if (!visits_base()) return 0;
+  return own_vertices_ ? own_vertices_->size() : store_->base().vertex_count();
+}
+
 std::uint64_t VisitPlan::vertices_before(std::uint64_t edge) const {
+  const EdgeId first = StoreAccess::edges(*store_).first;
   std::uint64_t vertices = 0;
-  for (const LevelGeometry& level : numbers_)
-    vertices += edge < level.edge_count() ? level.slot(static_cast<EdgeId>(edge)).offset
-                                          : level.total_bytes();
+  for (const LevelGeometry& level :
+       std::span(numbers_).subspan(static_cast<std::size_t>(first_refinement() - 1)))
+    vertices += (edge < level.edge_count() ? level.slot(static_cast<EdgeId>(edge)).offset
+                                           : level.total_bytes()) -
+                level.slot(first).offset;
   return vertices;
 }
 
 void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& edge_kernel,
                     const std::function<void()>& base_kernel,
                     const std::function<void()>& stretch_done) const try {
-  const PassEdges edges = StoreAccess::pass_edges(*store_);
-  const auto vertices_of = [&](EdgeId first, EdgeId after) {
-    std::uint64_t vertices = 0;
-    edges.for_each_range(first, after, [&](EdgeRange range) {
-      vertices += vertices_before(range.after) - vertices_before(range.first);
-    });
-    return vertices;
+  const EdgeRange edges = StoreAccess::edges(*store_);
+  const std::uint64_t total = vertices_before(edges.after) + base_vertices();
+  // Levels and base records from the first edge to the last base vertex.
+  UnfinishedLevels written;
+  const auto begin = [&] {
+    for (const VisitedAttribute& attribute : attributes_) {
+      if (visits_base())
+        written.add_base(StoreAccess::base_records_of(*store_, attribute.id), attribute.access);
+      for (int level = store_->base_level() + first_refinement(); level <= level_; ++level)
+        written.add(StoreAccess::level_file(*store_, attribute.id, level), attribute.access);
+    }
   };
-  const std::uint64_t total =
-      vertices_of(0, edges.size()) +
-      (own_vertices_ ? own_vertices_->size() : store_->base().vertex_count());
   if (refinements_ > 0) {
     SweepPass sweep_pass = pass();
     sweep_pass.kernel = edge_kernel;
     sweep_pass.stretch_done = stretch_done;
     SweepOptions options;
     options.threads = threads_;
-    EdgeId counted = 0;
-    std::uint64_t done = 0;
+    options.begins = begin;
     if (options_->progress)
       options.progress = [&](const Progress& now) {
-        done += vertices_of(counted, static_cast<EdgeId>(now.done));
-        counted = static_cast<EdgeId>(now.done);
-        return options_->progress({options_->name, done, total});
+        return options_->progress({options_->name, vertices_before(edges.first + now.done), total});
       };
     sweep(*store_, sweep_pass, options);
   }
-  // The sweep has finished the levels, but without the base vertices the pass is not complete.
   std::optional<StorePass> under_way;
   if (std::ranges::any_of(attributes_,
                           [](const auto& each) { return each.access != Access::kRead; }))
     under_way.emplace(*store_, fmt::format("visit '{}' of", options_->name));
   else
     under_way.emplace(std::as_const(*store_));
-  UnfinishedLevels written;
-  for (const VisitedAttribute& attribute : attributes_)
-    for (int level = store_->base_level() + 1; level <= level_; ++level)
-      written.add(StoreAccess::level_file(*store_, attribute.id, level), attribute.access);
+  if (refinements_ == 0) begin();
   {
     const DefaultArithmetic arithmetic;
     base_kernel();

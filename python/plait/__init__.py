@@ -13,14 +13,16 @@ docs/python.md is the page about it.
 from ._functions import LIBRARY as _LIBRARY
 from ._functions import path as _path
 from .attributes import Attribute, Block, LevelArray
-from .errors import (BadState, Busy, Cancelled, Damaged, Error, InputOutputError, InternalError,
-                     InvalidArgument, NoSpace, NoSuchAttribute, NotFound, NotSupported, OutOfMemory,
-                     TooLarge)
+from ._making import create
+from ._results import (Base, Counts, DamagedBlock, Hits, Info, Input, Patches, Points, Statistics,
+                       VerifyReport)
+from .errors import (AlreadyExists, BadState, Busy, Cancelled, Damaged, Error, InputOutputError,
+                     InternalError, InvalidArgument, NoSpace, NoSuchAttribute, NoSuchLevel, NotFound,
+                     NotSupported, OutOfMemory, TooLarge)
 from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, compare,
-                   convert, import_mesh, join, part, plan, remesh, subdivide, verify)
-from .mesh import Mesh
-from .store import (Base, Counts, DamagedBlock, Hits, Info, Patches, Statistics, Store,
-                    VerifyReport, create, triangles)
+                   convert, export, import_mesh, join, part, plan, remesh, subdivide, verify)
+from .mesh import Mesh, triangles
+from .store import Store
 from .store import open_store as open  # plait.open, as numpy has load and h5py has File
 from .visits import Vertices
 from .writing import PatchWriter
@@ -40,11 +42,15 @@ def load_plugin(file):
     _LIBRARY.plait_plugin_load(_path(file))
 
 
+def __dir__():
+    return [*__all__, "__version__", "__doc__"]
+
+
 __all__ = [
-    "Attribute", "BadState", "Base", "Block", "Busy", "Cancelled", "Comparison", "Conversion", "Counts",
-    "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "InputOutputError", "InternalError",
-    "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NotFound",
-    "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
-    "VerifyReport", "Vertices", "build_info", "compare", "convert", "create", "import_mesh", "join", "load_plugin",
+    "AlreadyExists", "Attribute", "BadState", "Base", "Block", "Busy", "Cancelled", "Comparison", "Conversion", "Counts",
+    "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "Input", "InputOutputError", "InternalError",
+    "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NoSuchLevel", "NotFound",
+    "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
+    "VerifyReport", "Vertices", "build_info", "compare", "convert", "create", "export", "import_mesh", "join", "load_plugin",
     "open", "part", "plan", "remesh", "subdivide",
     "triangles", "verify"]

@@ -1,5 +1,6 @@
 """The functions of plait.h, declared once. The interpreter's lock is free while one of them runs."""
 
+import os
 from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint32, c_uint64, c_void_p
 
 from . import _structures as types
@@ -22,17 +23,31 @@ _STATUS = {
     "plait_store_get_counts": [c_void_p, c_int32, _count, _count, _count],
     "plait_store_get_faces": [c_void_p, _out, _count],
     "plait_store_get_base_positions": [c_void_p, _out, _count],
+    "plait_store_find_attribute": [c_void_p, c_char_p, POINTER(types.plait_attribute_info)],
+    "plait_store_get_input_maps": [c_void_p, POINTER(types.plait_input_maps)],
+    "plait_store_get_points": [c_void_p, c_int32, c_uint64, c_uint64, c_void_p],
+    "plait_store_get_text": [c_void_p, c_char_p, POINTER(c_char_p)],
+    "plait_store_get_text_name": [c_void_p, c_uint32, POINTER(c_char_p)],
+    "plait_store_set_text": [c_void_p, c_char_p, c_char_p],
+    "plait_store_get_face_attribute": [c_void_p, c_uint32, POINTER(types.plait_attribute_info)],
+    "plait_store_get_face_records": [c_void_p, c_char_p, _out, _count],
+    "plait_store_edit_face_records": [c_void_p, c_char_p, _out, _count],
+    "plait_store_add_face_attribute": [c_void_p, c_char_p, c_int32],
+    "plait_store_remove_face_attribute": [c_void_p, c_char_p],
+    "plait_store_edit_base_records": [c_void_p, c_char_p, _out, _count],
+    "plait_store_set_pipeline": [c_void_p, c_char_p, c_char_p],
+    "plait_store_recode_attribute": [c_void_p, c_char_p, c_char_p],
     "plait_store_get_statistics": [c_void_p, POINTER(types.plait_paging_statistics)],
     "plait_store_add_attribute": [c_void_p, c_char_p, c_int32, c_uint32, c_int32],
     "plait_store_replace_attribute": [c_void_p, c_char_p, c_char_p],
     "plait_store_remove_attribute": [c_void_p, c_char_p],
     "plait_store_subdivide": [c_void_p, POINTER(types.plait_subdivide_options)],
     "plait_store_digest": [c_void_p, c_int32, c_int32, types.plait_progress, c_void_p, c_char_p],
-    "plait_store_write_bounds_with_progress": [c_void_p, c_char_p, types.plait_progress, c_void_p],
+    "plait_store_write_bounds": [c_void_p, c_char_p, types.plait_progress, c_void_p],
     "plait_store_verify": [c_void_p, types.plait_progress, types.plait_damage, c_void_p,
                            POINTER(types.plait_verify_report)],
     "plait_store_visit": [c_void_p, POINTER(types.plait_visit_attribute), c_uint64, c_int32,
-                          types.plait_visit_batch, types.plait_progress, c_void_p],
+                          c_int32, types.plait_visit_batch, types.plait_progress, c_void_p],
     "plait_reader_open": [c_void_p, POINTER(types.plait_reader_options), _out],
     "plait_reader_faces_in_box": [c_void_p, c_char_p, POINTER(c_double), POINTER(c_double),
                                   c_void_p, c_uint64, _count],
@@ -44,6 +59,8 @@ _STATUS = {
                                    c_uint64],
     "plait_reader_copy_patches": [c_void_p, c_char_p, c_void_p, c_uint64, c_int32, c_void_p,
                                   c_uint64],
+    "plait_reader_prefetch": [c_void_p, c_void_p, c_uint64, c_int32, _count],
+    "plait_reader_end_prefetch": [c_void_p],
     "plait_reader_weld_patches": [c_void_p, c_void_p, c_uint64, c_int32, c_void_p, c_uint64,
                                   _count],
     "plait_reader_get_blocks": [c_void_p, c_char_p, c_int32, c_void_p, c_uint64, _count],
@@ -88,15 +105,21 @@ for _name, _arguments in _TEXT.items():
     getattr(LIBRARY, _name).restype = c_char_p
 
 
+def _whole(value):
+    """The bytes, if they have no end inside, where the library would stop to read them."""
+    if b"\0" in value:
+        raise ValueError("embedded null byte")
+    return value
+
+
 def text(value):
     """A text for the library; None stays None."""
-    return None if value is None else str(value).encode()
+    return None if value is None else _whole(str(value).encode())
 
 
 def path(value):
     """A path for the library."""
-    import os
-    return os.fsencode(value)
+    return _whole(os.fsencode(value))
 
 
 def texts(values):

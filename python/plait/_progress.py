@@ -14,6 +14,8 @@ import threading
 import time
 import warnings
 
+import numpy as np
+
 from ._structures import plait_progress, plait_warning
 
 _REDRAW_SECONDS = 0.1
@@ -97,6 +99,15 @@ class Drawn:
             self._bar.end()
 
 
+def truth(value):
+    """True or False for a truth value of Python or numpy, else None."""
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype == bool:
+        return bool(value)
+    return None
+
+
 class Watch:
     """Watches one call of the library.
 
@@ -113,7 +124,10 @@ class Watch:
         self._handler = None  # of Ctrl-C, outside of this call
         self._waiting = None  # the arguments with which it will be called
         self._inside = False
-        self.callback = plait_progress(self.guard(self._tell))
+        # Ctrl-C comes to the main thread. Elsewhere nobody needs the callback unless there is progress, and
+        # a daemon thread that is in one when the interpreter exits is ended in the middle of the library.
+        needed = self._told is not None or threading.current_thread() is threading.main_thread()
+        self.callback = plait_progress(self.guard(self._tell)) if needed else plait_progress()
 
     def _tell(self, phase, done, total, _):
         return None if self._told is None else self._told(phase.decode(), done, total)
@@ -128,7 +142,7 @@ class Watch:
                 if self.raised is not None:
                     return 0
                 self._handle()
-                if function(*arguments) is False:
+                if truth(function(*arguments)) is False:
                     self._cancelled = True
                     return 0
                 return 1

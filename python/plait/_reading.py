@@ -1,6 +1,7 @@
 """Reads of one attribute of a store, each one call of the library."""
 
 import ctypes
+import operator
 from ctypes import byref, c_uint32, c_uint64, c_void_p
 
 import numpy as np
@@ -28,17 +29,25 @@ def address_of(array):
     return array.ctypes.data
 
 
+def whole(what, value):
+    """A whole number."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise InvalidArgument(f"{what}: expected a whole number, found {value!r}") from None
+
+
 def face_list(faces):
-    """Faces as the library takes them."""
+    """Faces as the library takes them: a read-only array of its own."""
     given = np.asarray(faces)
     if given.size == 0:
-        return np.empty(0, np.uint32)
+        return frozen(np.empty(0, np.uint32))
     if given.dtype.kind not in "iu" or given.ndim != 1:
         raise InvalidArgument(
             f"faces: expected a list of whole numbers, found {given.dtype} of shape {given.shape}")
     if given.min() < 0 or given.max() >= 1 << 32:
         raise InvalidArgument(f"faces: expected 0 and more, found {given.min()} to {given.max()}")
-    return np.ascontiguousarray(given, np.uint32)
+    return frozen(np.array(given, np.uint32))
 
 
 def three_numbers(what, values):
@@ -68,7 +77,7 @@ _LARGE_BYTES = 4 << 20
 class AttributeReader:
     """Reads one attribute. Any number of threads may use it at the same time."""
 
-    def __init__(self, store, info, base_level):
+    def __init__(self, store, info, base_level, pins):
         self.name = info.name.decode()
         self._name = info.name
         self.base_level = base_level
@@ -79,12 +88,17 @@ class AttributeReader:
         names = (ctypes.c_char_p * 1)(info.name)
         options = types.plait_reader_options(attributes=names, attribute_count=1)
         address = c_void_p()
-        LIBRARY.plait_reader_open(store.address, byref(options), byref(address))
+        store.call(LIBRARY.plait_reader_open, byref(options), byref(address))
         self._reader = _handles.reader(address.value)
+        self._pins = pins
         self._has_addresses = None
         self._of_record = () if info.components == 1 else (info.components,)
         self._counts = {}
         self._starts = {}
+
+    def end(self):
+        """Ends the reader. Arrays that it returned stay valid."""
+        self._reader.end()
 
     def shape(self, count):
         """The shape of `count` records."""
@@ -95,17 +109,17 @@ class AttributeReader:
         count = self._counts.get(level)
         if count is None:
             found = c_uint64()
-            LIBRARY.plait_reader_vertex_count(self._reader.address, level, byref(found))
+            self._reader.call(LIBRARY.plait_reader_vertex_count, level, byref(found))
             count = self._counts[level] = found.value
         return count
 
     def block_starts(self, level):
         """The first vertex of each block."""
         count = c_uint64()
-        LIBRARY.plait_reader_get_blocks(self._reader.address, self._name, level, None, 0,
+        self._reader.call(LIBRARY.plait_reader_get_blocks, self._name, level, None, 0,
                                         byref(count))
         firsts = np.empty(count.value, np.uint64)
-        LIBRARY.plait_reader_get_blocks(self._reader.address, self._name, level,
+        self._reader.call(LIBRARY.plait_reader_get_blocks, self._name, level,
                                         firsts.ctypes.data, count.value, byref(count))
         return firsts.astype(np.int64)
 
@@ -120,7 +134,7 @@ class AttributeReader:
             records = np.empty((count,) + self._of_record, self.dtype)
         else:
             records = self._beside_block(level, first, count)
-        _read_vertices(self._reader.address, self._name, level, first, count, address_of(records),
+        self._reader.call(_read_vertices, self._name, level, first, count, address_of(records),
                        size)
         return frozen(records)
 
@@ -140,13 +154,14 @@ class AttributeReader:
     def _pinned(self, level, first, count):
         pin, address, found = c_void_p(), c_void_p(), c_uint64()
         try:
-            LIBRARY.plait_reader_pin_vertices(self._reader.address, self._name, level, first, count,
+            self._reader.call(LIBRARY.plait_reader_pin_vertices, self._name, level, first, count,
                                               byref(pin), byref(address), byref(found))
         except NotSupported:
             self._has_addresses = False
             return None
         self._has_addresses = True
-        owner = _handles.Pinned(pin.value, address.value, self.dtype, self.shape(found.value))
+        owner = _handles.Pinned(pin.value, address.value, self.dtype, self.shape(found.value),
+                                self._pins)
         return np.asarray(owner) if found.value == count else None
 
     def patch(self, face, level):
@@ -155,7 +170,7 @@ class AttributeReader:
             raise InvalidArgument(f"face {face}: expected 0 and more, as in store.base.triangles")
         count = patch_vertices(level - self.base_level)
         records = np.empty((count,) + self._of_record, self.dtype)
-        _copy_patches(self._reader.address, self._name, byref(c_uint32(face)), 1, level,
+        self._reader.call(_copy_patches, self._name, byref(c_uint32(face)), 1, level,
                       address_of(records), count * self.record_bytes)
         return frozen(records)
 
@@ -163,7 +178,7 @@ class AttributeReader:
         """The records of many patches, in an array that can be written to."""
         count = patch_vertices(level - self.base_level)
         records = np.empty((len(faces),) + self.shape(count), self.dtype)
-        _copy_patches(self._reader.address, self._name, address_of(faces), len(faces), level,
+        self._reader.call(_copy_patches, self._name, address_of(faces), len(faces), level,
                       address_of(records), records.nbytes)
         return records
 
@@ -171,7 +186,7 @@ class AttributeReader:
         """The number of each point of each patch, and how many vertices there are."""
         numbers = np.empty((len(faces), patch_vertices(level - self.base_level)), np.uint32)
         count = c_uint64()
-        LIBRARY.plait_reader_weld_patches(self._reader.address, faces.ctypes.data, len(faces), level,
+        self._reader.call(LIBRARY.plait_reader_weld_patches, faces.ctypes.data, len(faces), level,
                                           numbers.ctypes.data, numbers.size, byref(count))
         return numbers, count.value
 
@@ -180,7 +195,7 @@ class AttributeReader:
         count = 1 << 2 * (level - self.base_level)
         indices = np.empty((count, 3), np.uint32)
         found = c_uint64()
-        LIBRARY.plait_reader_patch_indices(self._reader.address, level, indices.ctypes.data, count,
+        self._reader.call(LIBRARY.plait_reader_patch_indices, level, indices.ctypes.data, count,
                                            byref(found))
         return frozen(indices)
 
@@ -188,7 +203,7 @@ class AttributeReader:
         """The faces whose bounds meet the box, ascending."""
         faces = np.empty(face_count, np.uint32)
         found = c_uint64()
-        LIBRARY.plait_reader_faces_in_box(self._reader.address, self._name, low, high,
+        self._reader.call(LIBRARY.plait_reader_faces_in_box, self._name, low, high,
                                           faces.ctypes.data, face_count, byref(found))
         return frozen(faces[:found.value].copy())
 
@@ -196,7 +211,18 @@ class AttributeReader:
         """The faces whose bounds the ray meets, the nearest first, and the distances."""
         faces, distances = np.empty(face_count, np.uint32), np.empty(face_count, np.float64)
         found = c_uint64()
-        LIBRARY.plait_reader_faces_along_ray(self._reader.address, self._name, origin, direction,
+        self._reader.call(LIBRARY.plait_reader_faces_along_ray, self._name, origin, direction,
                                              faces.ctypes.data, distances.ctypes.data, face_count,
                                              byref(found))
         return frozen(faces[:found.value].copy()), frozen(distances[:found.value].copy())
+
+    def prefetch(self, faces, level):
+        """Begins to read patches, and returns how many are in memory or on their way."""
+        begun = c_uint64()
+        self._reader.call(LIBRARY.plait_reader_prefetch, faces.ctypes.data, len(faces), level,
+                          byref(begun))
+        return begun.value
+
+    def end_prefetch(self):
+        """Nobody will read the patches that were not read since."""
+        self._reader.call(LIBRARY.plait_reader_end_prefetch)

@@ -57,7 +57,8 @@ class plait_store_info(Sized):
         ("budget_bytes", c_uint64), ("vertex_count", c_uint64), ("edge_count", c_uint64),
         ("face_count", c_uint64), ("border_edge_count", c_uint64), ("uuid", c_uint8 * 16),
         ("attribute_count", c_uint32), ("base_level", c_int32), ("finest_level", c_int32),
-        ("writable", c_int32), ("limit", c_int32), ("precision", c_int32)]
+        ("writable", c_int32), ("limit", c_int32), ("precision", c_int32),
+        ("notices", c_char_p)]
 
 
 class plait_attribute_info(Sized):
@@ -65,6 +66,18 @@ class plait_attribute_info(Sized):
         ("struct_size", c_size_t), ("name", c_char_p), ("record_bytes", c_uint64),
         ("type", c_int32), ("components", c_uint32), ("finest_level", c_int32),
         ("index", c_uint32)]
+
+
+class plait_input_maps(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("input_vertices", POINTER(c_uint32)),
+        ("input_faces", POINTER(c_uint32)), ("turned", POINTER(c_uint8)),
+        ("vertices", POINTER(c_uint32)), ("faces", POINTER(c_uint32)), ("vertex_count", c_uint64),
+        ("face_count", c_uint64), ("input_vertex_count", c_uint64), ("input_face_count", c_uint64)]
+
+
+class plait_point(Structure):
+    _fields_ = [("face", c_uint32), ("i", c_int32), ("j", c_int32), ("size", c_int32)]
 
 
 class plait_paging_statistics(Sized):
@@ -126,6 +139,5 @@ class plait_vertex_batch(Sized):
         ("base", c_int32), ("reserved", c_int32)]
 
 
-plait_edit = CFUNCTYPE(c_int, c_void_p, c_uint64, c_uint64, c_void_p)
 plait_damage = CFUNCTYPE(None, POINTER(plait_damaged_block), c_void_p)
 plait_visit_batch = CFUNCTYPE(c_int, POINTER(plait_vertex_batch), c_void_p)

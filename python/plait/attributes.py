@@ -4,7 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .errors import NotFound
+from . import _keys, _memory
+from ._reading import frozen
+from .errors import Error, NoSuchLevel
+
+_PIECE_BYTES = 4 << 20  # read at once where only a part is kept
+_NEAR_BYTES = 64 << 10  # a gap that is cheaper to read than to leave out
 
 
 class Block(NamedTuple):
@@ -19,26 +24,69 @@ class Block(NamedTuple):
 
 
 class Attribute:
-    """One attribute of a store: attribute[level] is the array of a level.
+    """One attribute of a store: attribute[level] is the array of a level, attribute[-1] that of the
+    finest one.
 
-    name: as in the store. dtype: of a component. components: numbers in a record.
-    levels: the levels that it has, from the base level on.
+    It holds nothing open: it asks the store whenever it is used, so it shows what the store has now.
     """
 
-    def __init__(self, reader, path):
-        self._reader = reader
-        self._path = path
-        self.name = reader.name
-        self.dtype = reader.dtype
-        self.components = reader.components
-        self.levels = range(reader.base_level, reader.finest_level + 1)
+    def __init__(self, store, name):
+        self._store = store
+        self.name = name
+
+    @property
+    def dtype(self):
+        """The numpy dtype of a component."""
+        return self._store._reader(self.name).dtype
+
+    @property
+    def components(self):
+        """Numbers in a record."""
+        return self._store._reader(self.name).components
+
+    @property
+    def levels(self):
+        """A range: the levels that it has, from the base level on."""
+        reader = self._store._reader(self.name)
+        return range(reader.base_level, reader.finest_level + 1)
 
     def __getitem__(self, level):
-        """The vertices that `level` creates; for the base level, the base vertices."""
-        if level not in self.levels:
-            raise NotFound(f"level {level} of '{self.name}': expected {self.levels[0]} to "
-                           f"{self.levels[-1]}", self._path)
-        return LevelArray(self._reader, int(level), self._path)
+        """The vertices that `level` creates; for the base level, the base vertices. Those of coarser
+        levels are not among them: see upto()."""
+        return LevelArray(self._store, self.name, self._level(level))
+
+    def _level(self, level):
+        levels = self.levels
+        found = _keys.operator.index(level)
+        found += len(levels) + levels[0] if found < 0 else 0
+        if found not in levels:
+            raise NoSuchLevel(f"level {level} of '{self.name}': expected {levels[0]} to "
+                              f"{levels[-1]}", self._store._where())
+        return found
+
+    def upto(self, level=None, memory=_memory.DEFAULT_LIMIT):
+        """The records of all vertices of the mesh at `level`: those that the base level creates, then
+        those of each finer level. A read-only array.
+
+        level: default the finest one. memory: refuses to return more bytes; a number or a text such
+        as "4GiB".
+        """
+        last = self._level(-1 if level is None else level)
+        parts = [self[each] for each in range(self.levels[0], last + 1)]
+        count = sum(map(len, parts))
+        shape = (count,) + parts[0].shape[1:]
+        needed = int(np.prod(shape, dtype=np.int64)) * parts[0].dtype.itemsize
+        _memory.check(f"'{self.name}' up to level {last}", needed, memory, "take a coarser level")
+        records = np.empty(shape, parts[0].dtype)
+        first = 0
+        for part in parts:
+            for block in part.blocks():
+                records[first:first + len(block.records)] = block.records
+                first += len(block.records)
+        return frozen(records)
+
+    def __contains__(self, level):
+        return level in self.levels
 
     def __len__(self):
         return len(self.levels)
@@ -46,47 +94,77 @@ class Attribute:
     def __iter__(self):
         return (self[level] for level in self.levels)
 
+    def __copy__(self):
+        return Attribute(self._store, self.name)
+
+    def __deepcopy__(self, _):
+        return Attribute(self._store, self.name)
+
+    def __reduce__(self):
+        return _attribute_again, (self._store._identity("an attribute"), self.name)
+
     def __repr__(self):
-        return (f"<plait attribute '{self.name}': {self.dtype} x {self.components}, levels "
-                f"{self.levels[0]} to {self.levels[-1]}>")
+        try:
+            levels = self.levels
+            return (f"<plait attribute '{self.name}': {self.dtype} x {self.components}, levels "
+                    f"{levels[0]} to {levels[-1]}>")
+        except Error as error:
+            return f"<plait attribute '{self.name}': {error}>"
 
 
 class LevelArray:
     """The records of the vertices that one level creates, in the order of the file, as an array
     whose content stays in the store until somebody slices it.
 
-    shape: (vertices,) for records of one component, else (vertices, components).
-    chunks: the blocks of the level, as dask takes chunks: reads of whole chunks are the fastest.
+    It takes the keys of numpy, and holds nothing open: it asks the store whenever it is used.
 
-    Slices are read-only numpy arrays. With backend memory, and with mmap in a store that was opened
-    for reading, a slice of consecutive vertices is no copy; it stays valid after the store is
-    closed. While such a slice exists, the store cannot be changed.
+    Slices are read-only numpy arrays, and have only what was asked for. With backend memory, and with
+    mmap in a store that was opened for reading, a slice of consecutive vertices is no copy; it stays
+    valid after the store is closed. While such a slice exists, the store cannot be changed.
     """
 
-    def __init__(self, reader, level, path):
-        self._reader = reader
-        self._path = path
+    def __init__(self, store, name, level):
+        self._store = store
+        self.name = name
         self.level = level
-        self.dtype = reader.dtype
-        self.shape = reader.shape(reader.vertex_count(level))
-        self.ndim = len(self.shape)
-        self.size = int(np.prod(self.shape, dtype=np.int64))
-        self.nbytes = self.size * self.dtype.itemsize
-        self._chunks = None
 
     @property
-    def name(self):
-        """The name of the attribute."""
-        return self._reader.name
+    def _reader(self):
+        return self._store._reader(self.name)
+
+    @property
+    def dtype(self):
+        """The numpy dtype of a component."""
+        return self._reader.dtype
+
+    @property
+    def shape(self):
+        """(vertices,) for records of one component, else (vertices, components)."""
+        reader = self._reader
+        return reader.shape(reader.vertex_count(self.level))
+
+    @property
+    def ndim(self):
+        """1 or 2."""
+        return len(self.shape)
+
+    @property
+    def size(self):
+        """Numbers in all records."""
+        return int(np.prod(self.shape, dtype=np.int64))
+
+    @property
+    def nbytes(self):
+        """Bytes of all records."""
+        return self.size * self.dtype.itemsize
 
     @property
     def chunks(self):
-        """The sizes of the blocks in each dimension, as dask takes them."""
-        if self._chunks is None:
-            edges = np.append(self._reader.block_starts(self.level), len(self))
-            blocks = tuple(int(size) for size in np.diff(edges) if size > 0)
-            self._chunks = (blocks,) if self.ndim == 1 else (blocks, (self.shape[1],))
-        return self._chunks
+        """The sizes of the blocks in each dimension, as dask takes chunks: reads of whole chunks are
+        the fastest."""
+        edges = np.append(self._reader.block_starts(self.level), len(self))
+        blocks = tuple(int(size) for size in np.diff(edges) if size > 0)
+        return (blocks,) + tuple((size,) for size in self.shape[1:])
 
     def blocks(self):
         """Yields the blocks of the level, one after another, as named tuples (first, records)."""
@@ -96,93 +174,111 @@ class LevelArray:
             first += count
 
     def __len__(self):
-        return self.shape[0]
+        return self._reader.vertex_count(self.level)
 
     def __getitem__(self, key):
-        if isinstance(key, slice):  # the usual case first: the others take a microsecond to tell
-            first, after, step = key.indices(self.shape[0])
+        reader = self._reader
+        count = reader.vertex_count(self.level)
+        if isinstance(key, slice):  # the usual case first: the others take microseconds to tell
+            first, after, step = key.indices(count)
             if step == 1:
-                return self._reader.vertices(self.level, first, max(after - first, 0))
-            return self._rows(key)
-        if key is Ellipsis or isinstance(key, tuple) and not key:
-            key = slice(None)
-        key, rest = (key[0], key[1:]) if isinstance(key, tuple) else (key, ())
-        if key is Ellipsis:  # the dimension of the components, as in array[..., 0]
-            return self._rows(slice(None))[(Ellipsis,) + rest]
-        rows = self._rows(key)
-        if not rest:
-            return rows
-        if any(isinstance(each, (list, np.ndarray)) for each in rest) and not isinstance(
-                key, (int, np.integer, slice)):
-            raise IndexError("expected a list in one dimension, found lists in several: pick the "
-                             "vertices first")
-        return rows[rest if isinstance(key, (int, np.integer)) else (slice(None),) + rest]
+                return reader.vertices(self.level, first, max(after - first, 0))
+        shape = reader.shape(count)
+        parts, place = _keys.elements(key, len(shape))
+        of_rows, rest = parts[place], parts[place + 1:]
+        if isinstance(of_rows, slice):
+            if place == 0:  # at most one element of the rest picks components
+                return self._stretched(reader, range(*of_rows.indices(count)), tuple(rest))
+            records, local = self._stretched(reader, range(*of_rows.indices(count)), ()), slice(None)
+        elif isinstance(of_rows, int):
+            number = _keys.checked(np.array([of_rows]), count)
+            records, local = self._picked(reader, number), 0
+        elif of_rows.dtype == bool:
+            rows = _keys.masked(of_rows, shape)
+            records = self._picked(reader, rows)
+            local = np.ones(len(rows), bool) if of_rows.ndim == 1 else of_rows[rows]
+        else:
+            records = self._picked(reader, _keys.checked(of_rows, count).ravel())
+            local = np.arange(len(records)).reshape(of_rows.shape)
+        parts[place] = local
+        picked = records[tuple(parts)]
+        if not isinstance(picked, np.ndarray):
+            return picked
+        return frozen(picked.copy() if picked.nbytes < records.nbytes else picked)
 
-    def _rows(self, key):
-        if isinstance(key, (int, np.integer)):
-            if not -len(self) <= key < len(self):
-                raise IndexError(f"vertex {key}: expected -{len(self)} to {len(self) - 1}")
-            return self._reader.vertices(self.level, int(key) % len(self), 1)[0]
-        if isinstance(key, slice):
-            picked = range(*key.indices(len(self)))
-            if not picked:
-                return self._reader.vertices(self.level, 0, 0)
-            low, high = min(picked[0], picked[-1]), max(picked[0], picked[-1])
-            records = self._reader.vertices(self.level, low, high - low + 1)
-            step = picked.step
-            return records[::step] if step > 0 else records[::-1][::-step]
-        return self._picked(np.asarray(key))
+    def _stretched(self, reader, rows, rest):
+        """Vertices of a range, in pieces: memory for what is kept, and not for what lies between."""
+        if rows.step == 1 and all(isinstance(each, slice) and each == slice(None) for each in rest):
+            return reader.vertices(self.level, rows.start, len(rows))
+        if abs(rows.step) * reader.record_bytes > _NEAR_BYTES and not rest:
+            return self._picked(reader, np.arange(rows.start, rows.stop, rows.step))
+        tail = (slice(None),) + rest
+        records = np.empty((len(rows),) + np.empty(reader.shape(1))[tail].shape[1:], reader.dtype)
+        ascending, target = (rows, records) if rows.step > 0 else (rows[::-1], records[::-1])
+        at_once = max(1, _PIECE_BYTES // (reader.record_bytes * ascending.step))
+        for first in range(0, len(ascending), at_once):
+            piece = ascending[first:first + at_once]
+            there = reader.vertices(self.level, piece[0], piece[-1] - piece[0] + 1)
+            target[first:first + len(piece)] = there[::piece.step][tail]
+        return frozen(records)
 
-    def _picked(self, wanted):
-        """Vertices of a list or a mask: each stretch of neighbours is read once."""
-        if wanted.dtype == bool:
-            if wanted.shape != (len(self),):
-                raise IndexError(f"mask: expected shape {(len(self),)}, found {wanted.shape}")
-            wanted = np.flatnonzero(wanted)
-        if wanted.size == 0:
-            return np.empty(wanted.shape + self.shape[1:], self.dtype)
-        if wanted.dtype.kind not in "iu":
-            raise IndexError(f"expected whole numbers or a mask, found {wanted.dtype}")
-        if wanted.min() < -len(self) or wanted.max() >= len(self):
-            raise IndexError(f"expected -{len(self)} to {len(self) - 1}, found {wanted.min()} to "
-                             f"{wanted.max()}")
-        flat = wanted.astype(np.int64).ravel() % len(self)
-        order = np.argsort(flat, kind="stable")
-        ascending = flat[order]
-        near = max(1, (64 << 10) // self._reader.record_bytes)  # a gap that is cheaper to read
-        cuts = np.flatnonzero(np.diff(ascending) > near) + 1
-        records = np.empty((flat.size,) + self.shape[1:], self.dtype)
-        for stretch, places in zip(np.split(ascending, cuts), np.split(order, cuts)):
-            first = int(stretch[0])
-            there = self._reader.vertices(self.level, first, int(stretch[-1]) - first + 1)
-            records[places] = there[stretch - first]
-        records.flags.writeable = False
-        return records.reshape(wanted.shape + self.shape[1:])
+    def _picked(self, reader, wanted):
+        """Vertices of a list: those that are near each other are read together."""
+        order = np.argsort(wanted, kind="stable")
+        ascending = wanted[order]
+        near = max(1, _NEAR_BYTES // reader.record_bytes)
+        pieces = ascending // max(1, _PIECE_BYTES // reader.record_bytes)
+        cuts = np.flatnonzero((np.diff(ascending) > near) | (np.diff(pieces) > 0)) + 1
+        records = np.empty(reader.shape(wanted.size), reader.dtype)
+        if wanted.size:
+            for stretch, places in zip(np.split(ascending, cuts), np.split(order, cuts)):
+                first = int(stretch[0])
+                there = reader.vertices(self.level, first, int(stretch[-1]) - first + 1)
+                records[places] = there[stretch - first]
+        return frozen(records)
 
     def __array__(self, dtype=None, copy=None):
         whole = self[:]
-        return whole if dtype is None or np.dtype(dtype) == self.dtype else whole.astype(dtype)
+        if dtype is not None and np.dtype(dtype) != whole.dtype:
+            return whole.astype(dtype)
+        return whole.copy() if copy else whole
 
     @property
     def __array_interface__(self):
         whole = self[:]
-        return {"version": 3, "shape": self.shape, "typestr": self.dtype.str,
+        return {"version": 3, "shape": whole.shape, "typestr": whole.dtype.str,
                 "data": memoryview(whole)}
 
     def __iter__(self):
         for block in self.blocks():
             yield from block.records
 
+    def __copy__(self):
+        return LevelArray(self._store, self.name, self.level)
+
+    def __deepcopy__(self, _):
+        return LevelArray(self._store, self.name, self.level)
+
     def __reduce__(self):
-        if not self._path:
-            raise TypeError("a store in memory cannot be pickled: it has no path")
-        return _reopened, (self._path, self.name, self.level)
+        return _level_again, (self._store._identity("a level"), self.name, self.level)
+
+    def __dask_tokenize__(self):
+        return "plait.LevelArray", self._store._token(), self.name, self.level
 
     def __repr__(self):
-        return (f"<plait level {self.level} of '{self.name}': {self.dtype}, shape {self.shape}, "
-                f"{self.nbytes} bytes>")
+        try:
+            return (f"<plait level {self.level} of '{self.name}': {self.dtype}, shape {self.shape}, "
+                    f"{self.nbytes} bytes>")
+        except Error as error:
+            return f"<plait level {self.level} of '{self.name}': {error}>"
 
 
-def _reopened(path, name, level):
-    from .store import open_store
-    return open_store(path)[name][level]
+def _attribute_again(identity, name):
+    """The attribute of a pickle."""
+    from ._identity import shared
+    return shared(identity)[name]
+
+
+def _level_again(identity, name, level):
+    """The level of a pickle."""
+    return _attribute_again(identity, name)[level]

@@ -1,7 +1,12 @@
 """What went wrong, by kind. Each kind is also the exception of Python that fits it."""
 
-from ._library import LIBRARY
 import ctypes
+import errno
+import os
+import re
+from typing import Optional
+
+from ._library import LIBRARY
 
 LIBRARY.plait_error_message.restype = ctypes.c_char_p
 LIBRARY.plait_error_path.restype = ctypes.c_char_p
@@ -14,12 +19,29 @@ class Error(Exception):
 
     path: the file or directory that the error is about, or None.
     offset: the byte of this file that the error is about, or None.
+    Those that are an OSError also have errno, strerror and filename, as far as they are known.
     """
+
+    _errno: Optional[int] = None
 
     def __init__(self, message, path=None, offset=None):
         super().__init__(message)
-        self.path = path
         self.offset = offset
+        number = self._errno or _number_in(message)
+        self._tell(errno=number, strerror=os.strerror(number) if number else None)
+        self.about(path)
+
+    def _tell(self, **fields):
+        """Sets the fields of an OSError."""
+        if issubclass(type(self), OSError):
+            for name, value in fields.items():
+                setattr(self, name, value)
+
+    def about(self, path):
+        """The same error, with the file or directory that it is about."""
+        self.path = path
+        self._tell(filename=path)
+        return self
 
     def __str__(self):
         return str(self.args[0])
@@ -31,13 +53,25 @@ class Error(Exception):
 class NotFound(Error, FileNotFoundError):
     """A file, store, attribute or level does not exist."""
 
+    _errno = errno.ENOENT
+
 
 class NoSuchAttribute(NotFound, KeyError):
     """A store does not have the attribute."""
 
 
+class NoSuchLevel(NotFound, IndexError):
+    """An attribute does not have the level."""
+
+
 class InvalidArgument(Error, ValueError):
     """An argument out of its range, or an input file that is refused."""
+
+
+class AlreadyExists(InvalidArgument, FileExistsError):
+    """A file or store that a call was to make is there already."""
+
+    _errno = errno.EEXIST
 
 
 class Damaged(Error):
@@ -55,6 +89,8 @@ class InputOutputError(Error, OSError):
 class NoSpace(InputOutputError):
     """The disk or the quota is full."""
 
+    _errno = errno.ENOSPC
+
 
 class OutOfMemory(Error, MemoryError):
     """An allocation failed."""
@@ -66,6 +102,8 @@ class TooLarge(Error, MemoryError):
 
 class Busy(Error, BlockingIOError):
     """Somebody else has the store open, or arrays still point into it."""
+
+    _errno = errno.EAGAIN
 
 
 class BadState(Error, RuntimeError):
@@ -96,12 +134,41 @@ KINDS = {
 }
 
 
-def of_status(status):
-    """The exception for the last call of this thread, which returned `status`."""
-    message = LIBRARY.plait_error_message().decode(errors="replace")
+# What messages of the library call by the names of C++ or of the program, and what it is in Python.
+_WORDS = [(re.compile(pattern), words) for pattern, words in (
+    (r"take Store::roll_back\(\)", "call roll_back()"),
+    (r"Store::add_attribute\(schema, (\d+)\)", r"add_attribute(level=\1)"),
+    (r"raise the budget to (\d+) bytes", r"allow memory=\1"),
+    (r"raise the budget", "allow more by memory="),
+    (r"end pins or views", "delete arrays without a copy"),
+    (r" \(--plugin FILE, PLAIT_PLUGINS\)", " (plait.load_plugin)"),
+    (r"open it with writable = 1|open it for writing", "open it for writing, by writable=True"),
+)]
+_EXISTS = re.compile("create (.+): it exists")
+_SYSTEM = {os.strerror(number): number for number in errno.errorcode}
+
+
+def _number_in(message):
+    """The number of the system's error whose text ends the message."""
+    return _SYSTEM.get(message.rpartition(": ")[2].rstrip("."))
+
+
+def in_words(message):
+    """A message of the library in the words of Python."""
     if message.startswith("plait_"):  # the function of C, which tells a program in Python nothing
         message = message.partition(": ")[2]
+    for pattern, words in _WORDS:
+        message = pattern.sub(words, message)
+    return message
+
+
+def of_status(status):
+    """The exception for the last call of this thread, which returned `status`."""
+    message = in_words(LIBRARY.plait_error_message().decode(errors="replace"))
     path = LIBRARY.plait_error_path().decode(errors="surrogateescape")
     offset = LIBRARY.plait_error_offset()
     kind = KINDS.get(status, Error)
+    there = _EXISTS.match(message)
+    if kind is InvalidArgument and there:
+        kind, path = AlreadyExists, path or there.group(1)
     return kind(message, path or None, None if offset == _NO_OFFSET else offset)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from . import _functions
 from . import _structures as types
 from ._functions import LIBRARY
-from ._progress import Watch
+from ._progress import Watch, truth
 from .errors import InvalidArgument
 from .store import open_store
 
@@ -145,7 +145,8 @@ def _default(option):
 
 def _signature(described):
     by_place = [option for option in described["options"] if option["position"] >= 0]
-    by_place += sorted((option for option in described["options"] if option["name"] in _BY_PLACE),
+    by_place += sorted((option for option in described["options"] if option["position"] < 0
+                        and (option["required"] or option["name"] in _BY_PLACE)),
                        key=lambda option: not option["required"])
     by_name = [option for option in described["options"] if option not in by_place]
     last = max(at for at, option in enumerate(by_place) if option["required"])
@@ -160,15 +161,15 @@ def _signature(described):
     return inspect.Signature(parameters)
 
 
-_BY_PLACE = ("faces", "levels", "level")  # options that may also be given without their names
+_BY_PLACE = ("levels", "level")  # options that may also be given without their names
 
 
 def _text(value):
     """The text of an option, as bytes."""
-    if isinstance(value, bool):
+    if truth(value) is not None:
         return b"true" if value else b"false"
     if isinstance(value, (str, os.PathLike, bytes)):
-        return os.fsencode(value)
+        return _functions.path(value)
     if isinstance(value, (int, float)) or hasattr(value, "__index__"):
         return str(value).encode()
     raise InvalidArgument(f"expected a text or a number, found {value!r}")
@@ -264,6 +265,9 @@ remesh = _job("remesh", "remesh", _remeshing,
 compare = _job("compare", "compare", _comparison,
                """Measures the distances between two surfaces, each a mesh file or a store, as `plait compare` does: a
     named tuple Comparison. Both have to fit in memory.""")
+export = _job("export", "export", dict,
+              """Writes one level of a store, or a part of it, as a mesh file, as `plait export` does: a dict, that of
+    --json.""")
 plan = _job("plan", "plan", dict,
             """Cuts a subdivision, or a pass over a store in shards, into parts that many machines can make, as
     `plait plan` does: a dict, that of --json.""")

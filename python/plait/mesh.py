@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from . import _memory
-from ._reading import frozen, patch_vertices
+from ._reading import frozen, patch_vertices, whole
+from .errors import InvalidArgument
 
 _PATCHES_AT_ONCE_BYTES = 8 << 20
 
@@ -57,3 +58,26 @@ def _scattered(reader, faces, level, numbers, count):
         part = slice(first, first + at_once)
         records[numbers[part]] = reader.patches(faces[part], level)
     return frozen(records)
+
+def triangles(level, base_level=0):
+    """The triangles of every patch at `level`: places in row order, counterclockwise, shape
+    (4**(level - base_level), 3), uint32. They are the same for all patches. store.triangles(level) knows
+    the base level of a store."""
+    level, base_level = whole("level", level), whole("base_level", base_level)
+    if not 0 <= level - base_level <= 15:
+        raise InvalidArgument(f"triangles: expected a level from {base_level} to {base_level + 15}, "
+                              f"found {level}")
+    size = 1 << (level - base_level)
+    rows = np.arange(size + 1)
+    starts = rows * (size + 1) - rows * (rows - 1) // 2
+    j = np.repeat(np.arange(size), size - np.arange(size))
+    i = np.arange(len(j)) - np.repeat(np.cumsum(size - np.arange(size)) - (size - np.arange(size)),
+                                      size - np.arange(size))
+    low, high = starts[j] + i, starts[j + 1] + i
+    up = np.stack([low, low + 1, high], 1)
+    inner = i + j + 1 < size
+    down = np.stack([low + 1, high + 1, high], 1)[inner]
+    # Each upright triangle is followed by the one beside it, as in plait_reader_patch_indices().
+    order = np.argsort(np.concatenate([2 * np.arange(len(up)), 2 * np.flatnonzero(inner) + 1]),
+                       kind="stable")
+    return frozen(np.concatenate([up, down])[order].astype(np.uint32))

@@ -3,117 +3,22 @@
 import ctypes
 import os
 import threading
+import uuid
+import warnings
+import weakref
 from ctypes import byref, c_uint32, c_uint64, c_void_p
-from typing import NamedTuple
 
 import numpy as np
 
-from . import _functions, _handles, _memory, _reading, mesh, visits, writing
+from . import _functions, _handles, _identity, _memory, _notes, _points, _reading, _records, mesh, visits
 from . import _structures as types
+from . import writing
 from ._functions import LIBRARY, text
 from ._progress import Watch
+from ._results import (Base, Counts, DamagedBlock, Hits, Info, Input, Patches, Points, Statistics,
+                       VerifyReport)
 from .attributes import Attribute
-from .errors import BadState, Error, InvalidArgument, NoSuchAttribute, NotFound
-
-
-class Base(NamedTuple):
-    """The base mesh of a store.
-
-    vertices: positions from which the store was made, shape (vertices, 3), float64.
-    triangles: shape (faces, 3), uint32, counterclockwise. Face f is patch f.
-    """
-
-    vertices: np.ndarray
-    triangles: np.ndarray
-
-
-class Counts(NamedTuple):
-    """Of the whole mesh at a level."""
-
-    vertices: int
-    edges: int
-    faces: int
-
-
-class Info(NamedTuple):
-    """What a store is, and where. Sizes are in bytes; the last ones are after compression."""
-
-    path: str
-    backend: str
-    pipeline: str
-    layout: str
-    scheme: str
-    program: str
-    uuid: str
-    sequence: int
-    block_bytes: int
-    budget_bytes: int
-    stored_bytes: int
-    base_level: int
-    finest_level: int
-    writable: bool
-
-
-class Patches(NamedTuple):
-    """Many patches.
-
-    faces: shape (patches,), uint32.
-    records: shape (patches, vertices of a patch) or (patches, vertices of a patch, components), each
-        patch in row order.
-    """
-
-    faces: np.ndarray
-    records: np.ndarray
-
-
-class Hits(NamedTuple):
-    """Faces whose bounds a ray meets, the nearest first.
-
-    faces: shape (hits,), uint32.
-    distances: shape (hits,), float64: where the ray enters the bounds, in lengths of its direction.
-    """
-
-    faces: np.ndarray
-    distances: np.ndarray
-
-
-class Statistics(NamedTuple):
-    """What the pager of a store did. Bytes are before compression, times in nanoseconds."""
-
-    blocks_read: int
-    bytes_read: int
-    blocks_written: int
-    bytes_written: int
-    blocks_prefetched: int
-    blocks_evicted: int
-    read_waits: int
-    read_wait_ns: int
-    write_waits: int
-    write_wait_ns: int
-    peak_frame_bytes: int
-
-
-class DamagedBlock(NamedTuple):
-    """A block whose bytes are not those that were written."""
-
-    attribute: str
-    level: int
-    block: int
-    reason: str
-    file_offset: int
-    first_edge: int
-    edge_after: int
-
-
-class VerifyReport(NamedTuple):
-    """blocks, bytes: read and checked. never_written: blocks that read as zeros. damaged_count: of
-    these, `damaged` has the first 1,000."""
-
-    blocks: int
-    bytes: int
-    never_written: int
-    damaged_count: int
-    damaged: list
+from .errors import BadState, Busy, Error, InvalidArgument, NoSuchAttribute, NoSuchLevel
 
 
 class Store:
@@ -124,11 +29,19 @@ class Store:
     call fails with BadState: open the store again there.
     """
 
-    def __init__(self, handle):
+    def __init__(self, handle, path, memory, io_threads=None):
         self._handle = handle
         self._lock = threading.Lock()
         self._readers = {}
-        self._base = None
+        self._pins = []  # an entry for each array without a copy
+        self._patch_writers = weakref.WeakSet()
+        self._changing = []  # an entry for each call that changes the store now
+        self._lost = False  # whether close() would lose changes
+        self._base = self._input = None
+        # The working directory may be another one later, or in another process.
+        self._absolute = os.path.abspath(path) if path else ""
+        self._options = (memory, io_threads)
+        self._name, self._edits = uuid.uuid4().hex, 0
 
     # ---- What it has
 
@@ -140,15 +53,29 @@ class Store:
 
     def _raw_info(self):
         info = types.plait_store_info()
-        LIBRARY.plait_store_get_info(self._store().address, byref(info))
+        self._store().call(LIBRARY.plait_store_get_info, byref(info))
         return info
+
+    def _where(self):
+        return self._absolute or None
 
     def _attribute_infos(self):
         store = self._store()
         for number in range(self._raw_info().attribute_count):
             info = types.plait_attribute_info()
-            LIBRARY.plait_store_get_attribute(store.address, c_uint32(number), byref(info))
+            store.call(LIBRARY.plait_store_get_attribute, c_uint32(number), byref(info))
             yield info
+
+    def _names(self):
+        return [info.name.decode() for info in self._attribute_infos()]
+
+    def _attribute_info(self, name):
+        for info in self._attribute_infos():
+            if info.name.decode() == name:
+                return info
+        there = ", ".join(f"'{each}'" for each in self._names())
+        raise NoSuchAttribute(f"no attribute '{name}': the store has {there or 'none'}",
+                              self._where())
 
     @property
     def info(self):
@@ -173,7 +100,7 @@ class Store:
     @property
     def attributes(self):
         """The attributes by name, as a dict of Attribute objects."""
-        return {info.name.decode(): self[info.name.decode()] for info in self._attribute_infos()}
+        return {name: Attribute(self, name) for name in self._names()}
 
     @property
     def base(self):
@@ -181,25 +108,96 @@ class Store:
         if self._base is None:
             store = self._store()
             address, count = c_void_p(), c_uint64()
-            LIBRARY.plait_store_get_base_positions(store.address, byref(address), byref(count))
-            vertices = visits._copied(address.value, (count.value, 3), np.dtype("<f8"))
-            LIBRARY.plait_store_get_faces(store.address, byref(address), byref(count))
-            triangles = visits._copied(address.value, (count.value, 3), np.dtype("<u4"))
+            store.call(LIBRARY.plait_store_get_base_positions, byref(address), byref(count))
+            vertices = visits.copied(address.value, (count.value, 3), np.dtype("<f8"))
+            store.call(LIBRARY.plait_store_get_faces, byref(address), byref(count))
+            triangles = visits.copied(address.value, (count.value, 3), np.dtype("<u4"))
             self._base = Base(_reading.frozen(vertices), _reading.frozen(triangles))
         return self._base
+
+    @property
+    def input(self):
+        """Where the vertices and faces of the mesh from which the store was made are now, and the other
+        way round: a named tuple Input. The arrays are copies, made once."""
+        if self._input is None:
+            self._input = _points.input_maps(self._store())
+        return self._input
+
+    def triangles(self, level):
+        """The triangles of every patch at `level`: places in row order, counterclockwise, shape
+        (4**(level - base level), 3), uint32."""
+        return mesh.triangles(level, self._raw_info().base_level)
+
+    def points(self, level, places=slice(None)):
+        """Where the vertices that `level` creates are on the base mesh, to sample height maps and
+        textures: a named tuple Points.
+
+        places: their numbers, as in store[name][level]: a slice, a list or an array.
+        """
+        level = _reading.whole("level", level)
+        finer = self.counts(level).vertices
+        coarser = self.counts(level - 1).vertices if level > self._raw_info().base_level else 0
+        return _points.points(self._store(), level, _points.numbers(places, finer - coarser))
 
     def counts(self, level):
         """Vertices, edges and faces of the whole mesh at `level`: a named tuple Counts."""
         found = [c_uint64() for _ in range(3)]
-        LIBRARY.plait_store_get_counts(self._store().address, level, *map(byref, found))
+        self._store().call(LIBRARY.plait_store_get_counts, _reading.whole("level", level),
+                           *map(byref, found))
         return Counts(*(each.value for each in found))
 
     @property
     def statistics(self):
         """What the pager did so far: a named tuple Statistics."""
         raw = types.plait_paging_statistics()
-        LIBRARY.plait_store_get_statistics(self._store().address, byref(raw))
+        self._store().call(LIBRARY.plait_store_get_statistics, byref(raw))
         return Statistics(*(getattr(raw, name) for name in Statistics._fields))
+
+    # ---- Which version it is
+
+    def _version(self):
+        raw = self._raw_info()
+        return bytes(raw.uuid).hex(), raw.sequence
+
+    def _identity(self, what):
+        """What a pickle says of this version."""
+        if not self._absolute:
+            raise TypeError(f"{what} of a store in memory cannot be pickled: it has no path")
+        if self._lost:
+            raise BadState(f"{what} of {self._absolute} cannot be pickled: the store has changes that "
+                           "no other process can see; call commit() first", self._absolute)
+        return _identity.Identity(self._absolute, *self._version(), self._options[0])
+
+    def _token(self):
+        """Equal for equal records. Changes that are not committed are those of this object."""
+        if self._absolute and not self._lost:
+            return (self._absolute, *self._version())
+        return self._name, self._edits
+
+    def __reduce__(self):
+        identity = self._identity("a store")
+        if self._raw_info().writable:
+            raise TypeError("a store that is open for writing cannot be pickled: another process would "
+                            "have it for reading; pickle what plait.open(path) returns")
+        return _identity.opened, (identity,)
+
+    def refresh(self):
+        """Takes the last committed version, if somebody has made one since this store was opened for
+        reading; attributes and levels of it show the new version then. Returns whether there was
+        one. A store that is open for writing, or only in memory, has no newer version."""
+        if not self._absolute or self._raw_info().writable:
+            return False
+        new = open_store(self._absolute, False, *self._options)
+        if new._version() == self._version():
+            new.close()
+            return False
+        with self._lock:
+            old, self._handle = self._handle, new._handle
+            self._base = self._input = None
+            self._pins = []
+        self._end_readers()
+        old.end()
+        return True
 
     # ---- Reading
 
@@ -212,33 +210,39 @@ class Store:
                     reader = self._readers[name] = self._new_reader(name)
         return reader
 
-    def _check_names(self, *names):
-        known = [info.name.decode() for info in self._attribute_infos()]
-        for name in names:
-            if name not in known:
-                there = ", ".join(f"'{each}'" for each in known)
-                raise NoSuchAttribute(f"no attribute '{name}': the store has {there or 'none'}",
-                                      self.path or None)
-
     def _new_reader(self, name):
-        self._check_names(name)
-        info, = (info for info in self._attribute_infos() if info.name.decode() == name)
-        return _reading.AttributeReader(self._store(), info, self._raw_info().base_level)
+        info = self._attribute_info(name)
+        return _reading.AttributeReader(self._store(), info, self._raw_info().base_level, self._pins)
+
+    def _end_readers(self):
+        with self._lock:
+            readers, self._readers = self._readers, {}
+        for reader in readers.values():
+            reader.end()
+
+    def _end_patch_writers(self):
+        for writer in list(self._patch_writers):
+            writer._end()
 
     def _level_of(self, reader, level):
         if level is None:
             return reader.finest_level
+        level = _reading.whole("level", level)
         if not reader.base_level <= level <= reader.finest_level:
-            raise NotFound(f"level {level} of '{reader.name}': expected {reader.base_level} to "
-                           f"{reader.finest_level}", self.path or None)
+            raise NoSuchLevel(f"level {level} of '{reader.name}': expected {reader.base_level} to "
+                              f"{reader.finest_level}", self._where())
         return level
 
     def __getitem__(self, name):
         """An attribute: store["position"][5] is its level 5 as an array."""
-        return Attribute(self._reader(name), self.path)
+        self._attribute_info(name)
+        return Attribute(self, name)
 
     def __contains__(self, name):
-        return any(info.name.decode() == name for info in self._attribute_infos())
+        return name in self._names()
+
+    def _ipython_key_completions_(self):
+        return self._names()
 
     def patch(self, face, level=None, attribute="position"):
         """The records of a patch in row order: (0, 0), (1, 0), ..., (n, 0), (0, 1), ..., (0, n).
@@ -247,9 +251,7 @@ class Store:
         Returns a read-only array of (n + 1)(n + 2) / 2 records, n = 2**(level - base level).
         """
         reader = self._reader(attribute)
-        if level is None or not reader.base_level <= level <= reader.finest_level:
-            level = self._level_of(reader, level)
-        return reader.patch(face, level)
+        return reader.patch(_reading.whole("face", face), self._level_of(reader, level))
 
     def patches(self, faces=None, *, box=None, level=None, attribute="position",
                 memory=_memory.DEFAULT_LIMIT):
@@ -273,6 +275,20 @@ class Store:
         return self.faces_in_box(*_reading.corners(box)) if faces is None else (
             _reading.face_list(faces))
 
+    def prefetch(self, faces, level=None, attribute="position"):
+        """Begins to read patches that the program will read soon: those in front first, as far as the
+        memory has room now, and 64 at most. Returns how many are in memory or on their way: call it
+        again with the others later. What nobody reads stays in memory until end_prefetch()."""
+        reader = self._reader(attribute)
+        faces, count = _reading.face_list(faces), self._raw_info().face_count
+        if len(faces) and faces.max() >= count:
+            raise InvalidArgument(f"face {faces.max()}: expected 0 to {count - 1}")
+        return reader.prefetch(faces, self._level_of(reader, level))
+
+    def end_prefetch(self, attribute="position"):
+        """Gives up the patches that prefetch() began to read and nobody has read since."""
+        self._reader(attribute).end_prefetch()
+
     def faces_in_box(self, low, high, attribute="position"):
         """The faces whose bounds meet the box from `low` to `high`, ascending: uint32, read-only.
 
@@ -284,7 +300,10 @@ class Store:
             self._raw_info().face_count)
 
     def along_ray(self, origin, direction, attribute="position"):
-        """The faces whose bounds a ray meets, the nearest first: a named tuple Hits."""
+        """The faces whose bounds a ray meets, the nearest first: a named tuple Hits.
+
+        origin, direction: three numbers each; distances are in lengths of the direction.
+        """
         return Hits(*self._reader(attribute).faces_along_ray(
             _reading.three_numbers("origin", origin),
             _reading.three_numbers("direction", direction), self._raw_info().face_count))
@@ -306,18 +325,42 @@ class Store:
             _memory.check(f"mesh of {count} patches at level {level}",
                           mesh.needed_bytes(readers, count, level), memory,
                           "take a coarser level or a box")
-            faces = np.arange(count, dtype=np.uint32)
+            faces = _reading.frozen(np.arange(count, dtype=np.uint32))
         else:
             faces = self._faces(faces, box)
         return mesh.welded(readers, faces, level, memory)
 
     # ---- Computing and changing
 
-    def _changing(self):
-        """The handle, for a call that changes the store. Readers would be in its way."""
-        with self._lock:
-            self._readers.clear()
-        return self._store()
+    def _change(self, function, *arguments, keeps=False):
+        """Calls a function that changes the store. Readers of this object would be in its way.
+        keeps: what it changes is on the disk at once, or is none of the records."""
+        handle = self._store()
+        self._end_readers()
+        self._changing.append(None)
+        self._edits += 1
+        try:
+            result = handle.call(function, *arguments)
+        except Busy as error:
+            raise self._disturbed(error) from None
+        finally:
+            self._changing.pop()
+        if not keeps:
+            self._lost = True
+        return result
+
+    def _disturbed(self, error):
+        """What is in the way of a change, in words of Python."""
+        verb, found, _ = str(error).partition(": expected no reader of this store")
+        if not found:
+            return error
+        count = len(self._pins)
+        if count == 0:
+            return Busy(f"{verb}: another thread reads the store: wait until it has returned",
+                        error.path)
+        return Busy(f"{verb}: {count} array{' without a copy is' if count == 1 else 's without a copy are'}"
+                    f" alive: delete {'it' if count == 1 else 'them'}, or keep numpy.array(...) of "
+                    f"{'it' if count == 1 else 'them'} instead", error.path)
 
     def visit(self, function, reads=(), writes=(), rings=False, level=None, progress=None):
         """Computes on every vertex of the levels up to `level`, base vertices too, in one pass over
@@ -333,12 +376,12 @@ class Store:
         progress: True for a bar, or a function of (phase, done, total).
 
         An attribute whose rings are read cannot be written: write to another one, and then call
-        replace_attribute(). After an error the levels that were written cannot be read until a pass
-        has written them again, or roll_back() was called.
+        replace_attribute(). After an error the levels and base records that were written cannot be
+        read until a pass has written them again, or roll_back() was called.
         """
-        visited = visits.visited_attributes(self._reader, reads, writes, rings)
-        visits.visit(self._changing(), visited, function,
-                     types.FINEST_LEVEL if level is None else level, progress)
+        visited = visits.visited_attributes(self._attribute_info, reads, writes, rings)
+        level = types.FINEST_LEVEL if level is None else _reading.whole("level", level)
+        visits.visit(self._store(), self._change, visited, function, level, progress)
 
     def patch_writer(self, attributes=(), first_level=None, last_level=None, compare=False):
         """A PatchWriter, which fills levels of the store patch by patch.
@@ -351,56 +394,124 @@ class Store:
         names = [attributes] if isinstance(attributes, str) else list(attributes)
         known = {info.name.decode(): (np.dtype(types.TYPES[info.type]), info.components)
                  for info in self._attribute_infos()}
-        self._check_names(*names)
-        return writing.PatchWriter(self._changing(), known, self._raw_info().base_level, names,
-                                   first_level, last_level, compare)
+        for name in names:
+            self._attribute_info(name)
+        writer = writing.PatchWriter(self._change, known, self._raw_info().base_level, names,
+                                     first_level, last_level, compare)
+        self._patch_writers.add(writer)
+        return writer
 
     def add_attribute(self, name, dtype=np.float32, components=1, level=None):
-        """Adds an attribute whose records are zeros, with all levels up to `level` (default: the
-        finest one of the store)."""
-        wanted = np.dtype(dtype).newbyteorder("<").str
+        """Adds an attribute whose records are zeros.
+
+        name: 1 to 255 characters of [A-Za-z0-9_-]. dtype: of a component: int8 to int64, uint8 to
+        uint64, float32 or float64. components: numbers in a record, 1 to 255. level: its finest one;
+        None: the finest one of the store.
+        """
         known = {name: number for number, name in types.TYPES.items()}
-        if wanted not in known:
-            raise InvalidArgument(f"dtype: expected one of {', '.join(known)}, found {wanted}")
-        store = self._changing()
-        level = self._raw_info().finest_level if level is None else level
-        LIBRARY.plait_store_add_attribute(store.address, text(name), known[wanted], components,
-                                          level)
+        wanted = _records.type_name(dtype, known)
+        components = _reading.whole("components", components)
+        if not 1 <= components <= 255:
+            raise InvalidArgument(f"components: expected 1 to 255, found {components}")
+        level = self.levels[-1] if level is None else _reading.whole("level", level)
+        self._change(LIBRARY.plait_store_add_attribute, text(name), known[wanted], components, level)
 
     def remove_attribute(self, name):
         """Removes an attribute with its levels."""
-        self._check_names(name)
-        LIBRARY.plait_store_remove_attribute(self._changing().address, text(name))
+        self._attribute_info(name)
+        self._change(LIBRARY.plait_store_remove_attribute, text(name))
 
     def replace_attribute(self, name, replacement):
         """Removes attribute `name`; attribute `replacement` gets its name."""
-        self._check_names(name, replacement)
-        LIBRARY.plait_store_replace_attribute(self._changing().address, text(name),
-                                              text(replacement))
+        self._attribute_info(name)
+        self._attribute_info(replacement)
+        self._change(LIBRARY.plait_store_replace_attribute, text(name), text(replacement))
+
+    def set_pipeline(self, name, pipeline):
+        """Sets the pipeline of levels that later calls add to the attribute, such as
+        "shuffle,zstd:1"; ranges of levels may have others: "shuffle,zstd:1;@1-3=lz4"."""
+        self._attribute_info(name)
+        self._change(LIBRARY.plait_store_set_pipeline, text(name), text(pipeline))
+
+    def recode_attribute(self, name, pipeline):
+        """Encodes all levels of an attribute anew with another pipeline, or several, as for
+        set_pipeline(). The records stay as they are."""
+        self._attribute_info(name)
+        self._change(LIBRARY.plait_store_recode_attribute, text(name), text(pipeline))
+
+    def set_base_records(self, name, records):
+        """Writes the records of the base vertices, in the order of store.base.vertices: shape
+        (vertices,) or (vertices, components). Numbers must fit the dtype of the attribute."""
+        info = self._attribute_info(name)
+        _notes.set_base_records(self._change, info, records)
+
+    # ---- Notes
+
+    @property
+    def texts(self):
+        """What people note about the store, such as units and author: a dict of texts by name."""
+        return _notes.texts(self._store())
+
+    def set_text(self, name, value):
+        """Notes a text, which the next commit records. None or "" removes it. name: 1 to 255
+        characters of [A-Za-z0-9_-]. value: at most 64 KiB."""
+        self._change(LIBRARY.plait_store_set_text, text(name), text(value))
+
+    @property
+    def face_attributes(self):
+        """Attributes of the base faces, such as materials: a dict of read-only arrays by name, with
+        one number for each face, in the order of store.base.triangles."""
+        return _notes.face_attributes(self._store(), self._raw_info().face_count)
+
+    def set_face_attribute(self, name, numbers, dtype=None):
+        """Writes an attribute of the base faces, and adds it if it is new.
+
+        numbers: one for each face, in the order of store.base.triangles; of your own array by face of
+        the input, array[store.input.input_faces]. dtype: uint8, uint16 or uint32; None: that of the
+        attribute, or the smallest one that has the numbers.
+        """
+        _notes.set_face_attribute(self, name, numbers, dtype)
+
+    def remove_face_attribute(self, name):
+        """Removes an attribute of the base faces."""
+        self._change(LIBRARY.plait_store_remove_face_attribute, text(name))
+
+    # ---- Work on the whole store
 
     def subdivide(self, levels, scheme="loop", normals=False, limit=False, executor="auto",
                   threads=1, progress=None):
-        """Refines "position" to `levels`, and leaves the commit to the caller."""
+        """Refines "position" from its finest level to level `levels`, and leaves the commit to the caller.
+
+        scheme: "loop", "butterfly" or "midpoint". normals: also makes attribute "normal", of unit
+        length. limit: projects positions to the limit surface. executor: "auto", "fused", "sweep" or
+        "transparent". threads: 0 for all processors. progress: True for a bar, or a function of
+        (phase, done, total) whose False cancels. After an error that is no refusal, call roll_back():
+        until then nobody can read or commit what is unfinished.
+        """
         with Watch("subdivide", progress) as watch:
             options = types.plait_subdivide_options(
                 scheme=text(scheme), executor=text(executor), progress=watch.callback,
-                levels=levels, threads=threads, normals=int(normals), limit=int(limit))
-            LIBRARY.plait_store_subdivide(self._changing().address, byref(options))
+                levels=_reading.whole("levels", levels), threads=threads, normals=int(normals),
+                limit=int(limit))
+            self._change(LIBRARY.plait_store_subdivide, byref(options))
 
     def commit(self):
         """Publishes all changes as the next version, if anything has changed."""
-        LIBRARY.plait_store_commit(self._changing().address)
+        self._change(LIBRARY.plait_store_commit, keeps=True)
+        self._lost = False
 
     def roll_back(self):
-        """Brings the store back to its last commit."""
-        LIBRARY.plait_store_roll_back(self._changing().address)
+        """Brings the store back to its last commit. Patch writers that were not finished end."""
+        self._end_patch_writers()
+        self._change(LIBRARY.plait_store_roll_back, keeps=True)
+        self._lost = False
 
     def write_bounds(self, attribute="position", progress=None):
         """Computes where the patches are, and keeps it in a file of the store, so that boxes and
-        rays need not read the surface first."""
+        rays need not read the surface first. progress: as for visit()."""
         with Watch("bounds", progress) as watch:
-            LIBRARY.plait_store_write_bounds_with_progress(
-                self._changing().address, text(attribute), watch.callback, None)
+            self._change(LIBRARY.plait_store_write_bounds, text(attribute), watch.callback, None,
+                         keeps=True)
 
     def verify(self, progress=None):
         """Reads every block and compares its checksum: a named tuple VerifyReport. Damage is no
@@ -413,9 +524,8 @@ class Store:
                 damaged.append(DamagedBlock(block.attribute.decode(), block.level, block.block,
                                             block.reason.decode(), block.file_offset,
                                             block.first_edge, block.edge_after))
-            LIBRARY.plait_store_verify(self._store().address, watch.callback,
-                                       types.plait_damage(watch.guard(keep)), None,
-                                       byref(report))
+            self._store().call(LIBRARY.plait_store_verify, watch.callback,
+                               types.plait_damage(watch.guard(keep)), None, byref(report))
         return VerifyReport(report.blocks, report.bytes, report.never_written,
                             report.damaged_count, damaged)
 
@@ -424,23 +534,38 @@ class Store:
         backend, layout or executor."""
         digits = ctypes.create_string_buffer(types.DIGEST_BYTES)
         with Watch("digest", progress) as watch:
-            LIBRARY.plait_store_digest(self._store().address,
-                                       types.ALL_LEVELS if level is None else level, threads,
-                                       watch.callback, None, digits)
+            self._store().call(LIBRARY.plait_store_digest,
+                               types.ALL_LEVELS if level is None else level, threads,
+                               watch.callback, None, digits)
         return digits.value.decode()
 
     def close(self):
-        """Closes the store. Changes since the last commit are lost. Arrays that were read stay
-        valid; files stay open until the last array that points into them is gone."""
+        """Closes the store, with all that it has open, and releases the lock of the writer. Changes
+        since the last commit are lost: then Python warns (ResourceWarning). Arrays stay valid; a file
+        stays open while an array without a copy points into it."""
+        self._close(warns=True)
+
+    def _close(self, warns):
+        if self._changing:
+            raise BadState(f"close {self._absolute or 'a store in memory'}: a call that changes the "
+                           "store is under way: wait until it has returned", self._where())
         with self._lock:
-            self._handle = None
-            self._readers.clear()
+            handle, self._handle = self._handle, None
+        self._end_patch_writers()
+        self._end_readers()
+        if handle is not None:
+            handle.end()
+        if self._lost and self._absolute and warns:
+            warnings.warn(f"{self._absolute}: closed without commit(): the changes since the last commit "
+                          "are lost; call commit(), or roll_back() if that is meant", ResourceWarning,
+                          stacklevel=3)
+        self._lost = False
 
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
-        self.close()
+    def __exit__(self, kind, *_):
+        self._close(warns=kind is None)
 
     def __repr__(self):
         if self._handle is None:
@@ -456,89 +581,20 @@ def open_store(path, writable=False, memory=types.DEFAULT_BUDGET_BYTES, io_threa
     writable: True: for one writer; False: for reading, beside a writer.
     memory: the most memory for blocks; bytes, or a text such as "64MiB".
     io_threads: threads that read ahead and write behind; None: the library chooses.
-    Raises NotFound, Damaged, NotSupported, and Busy if another writer has the store open.
+    Raises NotFound, Damaged, NotSupported, and Busy if another writer has the store open. Warns of
+    what this machine does not give the store: io_uring, locks.
     """
     options = types.plait_open_options(
         budget_bytes=_memory.bytes_of(memory), writable=int(writable),
         io_threads=types.AUTOMATIC_THREADS if io_threads is None else io_threads,
         durability=0, reserved=0)
     address = c_void_p()
+    name = os.path.abspath(os.fsdecode(path))
     try:
         LIBRARY.plait_store_open(_functions.path(path), byref(options), byref(address))
     except Error as error:
-        error.path = error.path or os.fsdecode(path)
-        raise
-    return Store(_handles.store(address.value))
-
-
-def create(vertices, faces, path=None, backend=None, dtype=np.float32, layout=None, pipeline=None,
-           block_bytes=types.DEFAULT_BLOCK_BYTES, memory=types.DEFAULT_BUDGET_BYTES, base_level=0,
-           warn=None):
-    """Makes a store from arrays, and opens it for writing.
-
-    vertices: shape (vertices, 3), positions. faces: shape (triangles, 3), whole numbers,
-    counterclockwise. The mesh must be an oriented 2-manifold, with or without border. The store
-    drops vertices that no triangle uses, and puts faces in the order of the layout: see store.base.
-    path: a directory that does not exist; None: only in memory. With a path, the store is committed.
-    dtype: float32 or float64, of the attribute "position".
-    warn: a function of a text, told what was changed in the mesh; None: Python warns.
-    """
-    vertices = np.ascontiguousarray(vertices, np.float64)
-    given = np.asarray(faces)
-    if vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise InvalidArgument(f"vertices: expected shape (n, 3), found {vertices.shape}")
-    if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "iu":
-        raise InvalidArgument(
-            f"faces: expected whole numbers of shape (n, 3), found {given.dtype} of {given.shape}")
-    if given.size and (given.min() < 0 or given.max() >= len(vertices)):
-        raise InvalidArgument(f"faces: expected vertices 0 to {len(vertices) - 1}, found "
-                              f"{given.min()} to {given.max()}")
-    faces = np.ascontiguousarray(given, np.uint32)
-    position = {"<f4": types.FLOAT32, "<f8": types.FLOAT64}.get(
-        np.dtype(dtype).newbyteorder("<").str)
-    if position is None:
-        raise InvalidArgument(f"dtype: expected float32 or float64, found {np.dtype(dtype)}")
-    if path is None and backend is None:
-        backend = "memory"
-    store = None
-    try:
-        with Watch("create") as watch:
-            options = types.plait_store_options(
-                backend=text(backend), pipeline=text(pipeline), layout=text(layout),
-                block_bytes=_memory.bytes_of(block_bytes), budget_bytes=_memory.bytes_of(memory),
-                warn=watch.warning(warn), base_level=base_level, io_threads=types.AUTOMATIC_THREADS,
-                position_type=position, durability=0)
-            address = c_void_p()
-            LIBRARY.plait_store_create(b"" if path is None else _functions.path(path),
-                                       vertices.ctypes.data, len(vertices), faces.ctypes.data,
-                                       len(faces), byref(options), byref(address))
-            store = Store(_handles.store(address.value))
-        if path is not None:
-            store.commit()
-        return store
-    except BaseException:  # what warn() raises comes when there is a store already
-        if store is not None:
-            store.close()  # removes the directory, which has no commit
-        raise
-
-
-def triangles(level, base_level=0):
-    """The triangles of every patch at `level`: places in row order, counterclockwise, shape
-    (4**(level - base_level), 3), uint32. They are the same for all patches."""
-    if not 0 <= level - base_level <= 15:
-        raise InvalidArgument(f"triangles: expected a level from {base_level} to {base_level + 15}, "
-                              f"found {level}")
-    size = 1 << (level - base_level)
-    rows = np.arange(size + 1)
-    starts = rows * (size + 1) - rows * (rows - 1) // 2
-    j = np.repeat(np.arange(size), size - np.arange(size))
-    i = np.arange(len(j)) - np.repeat(np.cumsum(size - np.arange(size)) - (size - np.arange(size)),
-                                      size - np.arange(size))
-    low, high = starts[j] + i, starts[j + 1] + i
-    up = np.stack([low, low + 1, high], 1)
-    inner = i + j + 1 < size
-    down = np.stack([low + 1, high + 1, high], 1)[inner]
-    # Each upright triangle is followed by the one beside it, as in plait_reader_patch_indices().
-    order = np.argsort(np.concatenate([2 * np.arange(len(up)), 2 * np.flatnonzero(inner) + 1]),
-                       kind="stable")
-    return _reading.frozen(np.concatenate([up, down])[order].astype(np.uint32))
+        raise error if error.path else error.about(os.fsdecode(path))
+    store = Store(_handles.store(address.value), name, options.budget_bytes, io_threads)
+    for line in store._raw_info().notices.decode(errors="replace").splitlines():
+        warnings.warn(line, RuntimeWarning, stacklevel=2)
+    return store

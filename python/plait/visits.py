@@ -4,9 +4,10 @@ import ctypes
 
 import numpy as np
 
+from . import _points, _records
 from . import _structures as types
 from ._functions import LIBRARY, text
-from ._progress import Watch
+from ._progress import Watch, truth
 from .errors import InvalidArgument, NoSuchAttribute
 
 
@@ -15,7 +16,8 @@ class Vertices:
 
     vertices["position"] has the records of an attribute, shape (count,) or (count, components).
     Those of attributes that the visit reads are read-only. The function fills those that it writes;
-    they are zeros at first, or the old records if the visit also reads the attribute.
+    they are zeros at first, or the old records if the visit also reads the attribute. Numbers must
+    fit the dtype: float64 may become float32, but 1.5 no integer.
 
     levels: shape (count,): the level that creates each vertex.
     places: shape (count,): its number among the vertices of its level, as in store[name][level].
@@ -24,23 +26,24 @@ class Vertices:
     base: whether they are base vertices.
     """
 
-    def __init__(self, batch, visited):
+    def __init__(self, batch, visited, store):
+        self._store = store
         count = batch.count
         self.valence = batch.valence
         self.border = bool(batch.border)
         self.base = bool(batch.base)
-        self.levels = _copied(batch.levels, (count,), np.dtype("<i4"))
-        self.places = _copied(batch.places, (count,), np.dtype("<u8"))
+        self.levels = copied(batch.levels, (count,), np.dtype("<i4"))
+        self.places = copied(batch.places, (count,), np.dtype("<i8"))
         self._records = {}
         self._neighbours = {}
         for number, each in enumerate(visited):
             given = batch.attributes[number]
             tail = () if each.components == 1 else (each.components,)
-            records = _copied(given.records, (count,) + tail, each.dtype)
+            records = copied(given.records, (count,) + tail, each.dtype)
             records.flags.writeable = each.access != types.ACCESS_READ
             self._records[each.name] = records
             if given.neighbours:
-                around = _copied(given.neighbours, (count, batch.valence) + tail, each.dtype)
+                around = copied(given.neighbours, (count, batch.valence) + tail, each.dtype)
                 around.flags.writeable = False
                 self._neighbours[each.name] = around
 
@@ -54,7 +57,13 @@ class Vertices:
             raise NoSuchAttribute(f"the visit neither reads nor writes '{name}'") from None
 
     def __setitem__(self, name, records):
-        self[name][...] = records
+        into = self[name]
+        into[...] = _records.fitted(f"'{name}'", records, into.dtype)
+
+    def points(self):
+        """Where the vertices are on the base mesh, to sample height maps and textures: a named tuple
+        Points."""
+        return _points.points_of_levels(self._store, self.levels, self.places)
 
     def neighbours(self, name):
         """The records of the neighbours at the finest level, counterclockwise: shape (count,
@@ -68,9 +77,9 @@ class Vertices:
 
 
 class _Visited:
-    def __init__(self, reader, access, rings):
-        self.name = reader.name
-        self.dtype, self.components = reader.dtype, reader.components
+    def __init__(self, info, access, rings):
+        self.name = info.name.decode()
+        self.dtype, self.components = np.dtype(types.TYPES[info.type]), info.components
         self.access, self.rings = access, rings
 
 
@@ -78,21 +87,21 @@ def _address(pointer):
     return pointer if isinstance(pointer, int) else ctypes.cast(pointer, ctypes.c_void_p).value
 
 
-def _copied(pointer, shape, dtype):
+def copied(pointer, shape, dtype):
     """A copy that outlives the call."""
     array = np.empty(shape, dtype)
     ctypes.memmove(array.ctypes.data, _address(pointer), array.nbytes)
     return array
 
 
-def _names(names):
+def names_of(names):
     return [names] if isinstance(names, str) else list(names)
 
 
-def visited_attributes(reader_of, reads, writes, rings):
+def visited_attributes(info_of, reads, writes, rings):
     """What the visit does with each attribute."""
-    reads, writes = _names(reads), _names(writes)
-    with_rings = [] if rings is False else reads if rings is True else _names(rings)
+    reads, writes = names_of(reads), names_of(writes)
+    with_rings = [] if rings is False else reads if rings is True else names_of(rings)
     for name in with_rings:
         if name in writes:
             raise InvalidArgument(
@@ -100,18 +109,18 @@ def visited_attributes(reader_of, reads, writes, rings):
                 "and then call replace_attribute()")
         if name not in reads:
             raise InvalidArgument(f"visit: rings of '{name}', which is not in reads")
-    visited = [_Visited(reader_of(name),
+    visited = [_Visited(info_of(name),
                         types.ACCESS_UPDATE if name in writes else types.ACCESS_READ,
                         name in with_rings) for name in reads]
-    visited += [_Visited(reader_of(name), types.ACCESS_OVERWRITE, False)
+    visited += [_Visited(info_of(name), types.ACCESS_OVERWRITE, False)
                 for name in writes if name not in reads]
     if not visited:
         raise InvalidArgument("visit: expected an attribute in reads or writes")
     return visited
 
 
-def visit(store, visited, function, level, progress):
-    """Runs the pass over a store handle."""
+def visit(store, change, visited, function, level, progress):
+    """Runs the pass over a store handle. change: calls a function that changes the store."""
     attributes = (types.plait_visit_attribute * len(visited))(
         *((text(each.name), each.access, int(each.rings)) for each in visited))
     written = [(number, each.name) for number, each in enumerate(visited)
@@ -119,10 +128,14 @@ def visit(store, visited, function, level, progress):
 
     def call(pointer, _):
         batch = pointer.contents
-        vertices = Vertices(batch, visited)
+        vertices = Vertices(batch, visited, store)
         result = function(vertices)
-        if result is False:
+        verdict = truth(result)
+        if verdict is False:
             return False
+        if verdict is True:
+            raise InvalidArgument("visit: the function returned True: expected records, None to go on, "
+                                  "or False to cancel")
         if result is not None:
             if len(written) != 1:
                 raise InvalidArgument("visit: the function returned records, but the visit does "
@@ -135,5 +148,5 @@ def visit(store, visited, function, level, progress):
 
     with Watch("visit", progress) as watch:
         callback = types.plait_visit_batch(watch.guard(call))
-        LIBRARY.plait_store_visit(store.address, attributes, len(visited), level, callback,
-                                  watch.callback, None)
+        change(LIBRARY.plait_store_visit, attributes, len(visited), 0, level, callback,
+               watch.callback, None, keeps=not written)

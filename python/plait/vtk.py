@@ -19,8 +19,10 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from . import _memory
+from ._reading import corners, three_numbers
 from .errors import Error
 from .store import open_store
+from .visits import names_of
 
 
 def polydata(mesh):
@@ -48,28 +50,39 @@ def polydata(mesh):
     return data
 
 
+def _numbers(box):
+    """A box as two tuples of numbers, which can be compared and do not follow the arrays of the caller."""
+    if box is None:
+        return None
+    return tuple(tuple(three_numbers(name, corner))
+                 for name, corner in zip(("low", "high"), corners(box)))
+
+
 class Reader(VTKPythonAlgorithmBase):
     """Reads a store as vtkPolyData. In a parallel program each process gets a part of the patches.
 
     file: the directory of the store, or a file in it. level: -1 for the finest one.
     box: (low, high); None: the whole surface. attributes: names, besides the positions.
     memory: refuses to make a mesh that needs more, in words; a number or a text such as "4GiB".
+
+    After Modified(), Update() shows the last committed version.
     """
 
     def __init__(self, file=None, level=-1, box=None, attributes=(), memory="4GiB"):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkPolyData")
         self._file = None if file is None else os.fspath(file)
         self._level = level
-        self._box = box
+        self._box = _numbers(box)
         self._memory = _memory.bytes_of(memory)
         self._store = None
         self._attributes = vtkDataArraySelection()
-        for name in attributes:
+        for name in names_of(attributes):
             self._attributes.EnableArray(name)
         self._attributes.AddObserver("ModifiedEvent", lambda *_: self.Modified())
 
     def SetFileName(self, file):
         """The directory of the store, or a file in it."""
+        file = None if file is None else os.fspath(file)
         if file != self._file:
             self._file, self._store = file, None
             self.Modified()
@@ -86,6 +99,7 @@ class Reader(VTKPythonAlgorithmBase):
 
     def SetBox(self, box):
         """(low, high): only patches whose bounds meet the box; None: the whole surface."""
+        box = _numbers(box)
         if box != self._box:
             self._box = box
             self.Modified()
@@ -114,10 +128,16 @@ class Reader(VTKPythonAlgorithmBase):
         """Called by VTK: which attributes there are, and that the reader can read parts."""
         try:
             store = self._open()
+            store.refresh()
         except Error as error:
+            self._store = None
             return self._failed(error)
-        for name in store.attributes:
-            if name != "position" and not self._attributes.ArrayExists(name):
+        there = set(store.attributes) - {"position"}
+        for name in self._names():
+            if name not in there and not self._attributes.ArrayIsEnabled(name):
+                self._attributes.RemoveArrayByName(name)
+        for name in sorted(there):
+            if not self._attributes.ArrayExists(name):
                 self._attributes.AddArray(name, False)
         outputs.GetInformationObject(0).Set(vtkAlgorithm.CAN_HANDLE_PIECE_REQUEST(), 1)
         return 1
@@ -142,11 +162,13 @@ class Reader(VTKPythonAlgorithmBase):
         else:
             faces = store.faces_in_box(*self._box)
         first, after = (len(faces) * each // pieces for each in (piece, piece + 1))
-        names = [self._attributes.GetArrayName(number)
-                 for number in range(self._attributes.GetNumberOfArrays())]
-        wanted = [name for name in names if self._attributes.ArrayIsEnabled(name)]
+        wanted = [name for name in self._names() if self._attributes.ArrayIsEnabled(name)]
         return store.mesh(None if self._level < 0 else self._level, faces=faces[first:after],
                           attributes=wanted, memory=self._memory)
+
+    def _names(self):
+        return [self._attributes.GetArrayName(number)
+                for number in range(self._attributes.GetNumberOfArrays())]
 
     def _failed(self, error):
         vtkLogger.Log(vtkLogger.VERBOSITY_ERROR, __file__, 0, f"plait: {error}")

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "base/threads.h"
 #include "collapse/collapser.h"
 #include "collapse/tiles.h"
 #include "plait/error.h"
@@ -148,7 +149,8 @@ void Decimator::collapse_in_tiles() {
   };
   for (std::size_t first = 0; first < tiles.size(); first += kTilesAtOnce) {
     tell();
-    tbb::parallel_for(first, std::min(first + kTilesAtOnce, tiles.size()), collapse);
+    on_workers(
+        [&] { tbb::parallel_for(first, std::min(first + kTilesAtOnce, tiles.size()), collapse); });
   }
   state_.tiles = {};
 }

@@ -7,6 +7,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
+constexpr std::uint32_t kFacesBetweenCalls = 10000;
 constexpr std::uint32_t kLeafFaces = 4;
 
 float rounded_down(double value) {
@@ -53,7 +54,8 @@ Point closest_of_triangle(Point p, Point a, Point b, Point c) {
 }
 
 TriangleTree::TriangleTree(std::span<const Point> positions,
-                           std::span<const std::array<VertexId, 3>> faces)
+                           std::span<const std::array<VertexId, 3>> faces,
+                           const std::function<void()>& go_on)
     : positions_(positions), faces_(faces), order_(faces.size()) {
   std::iota(order_.begin(), order_.end(), FaceId{0});
   std::vector<Point> middles(faces.size());
@@ -61,10 +63,12 @@ TriangleTree::TriangleTree(std::span<const Point> positions,
     middles[face] =
         positions[faces[face][0]] + positions[faces[face][1]] + positions[faces[face][2]];
   nodes_.reserve(faces.size());
-  build(0, static_cast<std::uint32_t>(faces.size()), middles);
+  build(0, static_cast<std::uint32_t>(faces.size()), middles, go_on);
 }
 
-void TriangleTree::build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles) {
+void TriangleTree::build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles,
+                         const std::function<void()>& go_on) {
+  if (go_on && count > kFacesBetweenCalls) go_on();
   const std::size_t at = nodes_.size();
   nodes_.emplace_back();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -99,10 +103,10 @@ void TriangleTree::build(std::uint32_t first, std::uint32_t count, std::vector<P
       [&](FaceId a, FaceId b) {
         return middles[a][axis] != middles[b][axis] ? middles[a][axis] < middles[b][axis] : a < b;
       });
-  build(first, half, middles);
+  build(first, half, middles, go_on);
   nodes_[at].first = static_cast<std::uint32_t>(nodes_.size());
   nodes_[at].count = 0;
-  build(first + half, count - half, middles);
+  build(first + half, count - half, middles, go_on);
 }
 
 void TriangleTree::offer(Point p, FaceId face, ClosestPoint& best) const {

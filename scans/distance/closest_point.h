@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -28,7 +29,9 @@ Point closest_of_triangle(Point p, Point a, Point b, Point c);
 class TriangleTree {
  public:
   /// The spans must outlive the tree. There is at least one face. Memory: about 24 bytes a face.
-  TriangleTree(std::span<const Point> positions, std::span<const std::array<VertexId, 3>> faces);
+  /// Calls `go_on`, if it is set, after some 10,000 faces at most; what it throws ends the work.
+  TriangleTree(std::span<const Point> positions, std::span<const std::array<VertexId, 3>> faces,
+               const std::function<void()>& go_on = {});
 
   /// The closest point of all faces. `hint` is a face that may be near: the nearer it is, the
   /// faster the search.
@@ -40,7 +43,8 @@ class TriangleTree {
     std::uint32_t first;  ///< of a leaf: of order_; else the second child, the first one comes next
     std::uint32_t count;  ///< faces of a leaf; 0 for others
   };
-  void build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles);
+  void build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles,
+             const std::function<void()>& go_on);
   void offer(Point p, FaceId face, ClosestPoint& best) const;
 
   std::span<const Point> positions_;

@@ -1,17 +1,24 @@
 #include "distance/distances.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "mesh/parallel_parts.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::size_t kSamplesAtOnce = 64 * kPartElements;
+// Samples of one thread at a time, and those between two calls of the callback. A sample far from
+// the other surface takes up to a thousand times as long as one near it, and a cancel must not
+// wait.
+constexpr std::size_t kSamplesOfThread = 256;
+constexpr std::size_t kFewestAtOnce = 1024, kMostAtOnce = 32768;
+constexpr std::chrono::milliseconds kBetweenCalls(50);
 
 /// A number from 0 to 1 that depends on `seed` alone (splitmix64: G. Steele et al., 2014).
 double uniform(std::uint64_t seed) {
@@ -77,13 +84,20 @@ Distances measure_distances(const TriangleSet& from, const TriangleTree& tree,
           degrees_between(area_vector_of(from, face), area_vector_of(to, closest.face)));
     }
   };
-  for (std::size_t first = 0; first < count; first += kSamplesAtOnce) {
+  std::size_t at_once = kFewestAtOnce;
+  for (std::size_t first = 0; first < count;) {
     if (options.progress && !options.progress({options.phase, first, count}))
       throw Error(ErrorCode::kCancelled, "distances: cancelled");
-    for_parts(std::min(kSamplesAtOnce, count - first),
-              [&](std::size_t begin, std::size_t end, std::size_t) {
-                measure(first + begin, first + end);
-              });
+    const auto begin = std::chrono::steady_clock::now();
+    const std::size_t last = std::min(first + at_once, count);
+    const std::size_t parts = (last - first + kSamplesOfThread - 1) / kSamplesOfThread;
+    tbb::parallel_for(std::size_t{0}, parts, [&, first](std::size_t part) {
+      const std::size_t start = first + part * kSamplesOfThread;
+      measure(start, std::min(start + kSamplesOfThread, last));
+    });
+    first = last;
+    const bool fast = std::chrono::steady_clock::now() - begin < kBetweenCalls;
+    at_once = fast ? std::min(2 * at_once, kMostAtOnce) : std::max(at_once / 2, kFewestAtOnce);
   }
 
   Distances result;
@@ -106,8 +120,8 @@ Distances measure_distances(const TriangleSet& from, const TriangleTree& tree,
   return result;
 }
 
-double diagonal_of(const TriangleSet& triangles) {
-  if (triangles.faces.empty()) return 0;
+SurfaceBox box_of(const TriangleSet& triangles) {
+  if (triangles.faces.empty()) return {};
   Point low = triangles.positions[triangles.faces[0][0]], high = low;
   for (const auto& face : triangles.faces)
     for (const VertexId vertex : face)
@@ -115,7 +129,12 @@ double diagonal_of(const TriangleSet& triangles) {
         low[axis] = std::min(low[axis], triangles.positions[vertex][axis]);
         high[axis] = std::max(high[axis], triangles.positions[vertex][axis]);
       }
-  return length(high - low);
+  return {low, high};
+}
+
+double diagonal_of(const TriangleSet& triangles) {
+  const SurfaceBox box = box_of(triangles);
+  return length(box.high - box.low);
 }
 
 double mean_edge_of(const TriangleSet& triangles) {

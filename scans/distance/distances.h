@@ -23,7 +23,7 @@ struct TriangleSet {
 struct DistanceOptions {
   std::uint64_t samples = 1000000;
   std::string_view phase = "distances";
-  ProgressCallback progress = {};  ///< counts samples
+  ProgressCallback progress = {};  ///< counts samples; called after 32,768 samples at most
 };
 
 /// Of the samples, in units of the meshes and in degrees.
@@ -41,7 +41,12 @@ struct Distances {
 Distances measure_distances(const TriangleSet& from, const TriangleTree& tree,
                             const TriangleSet& to, const DistanceOptions& options);
 
-/// The length of the diagonal of the box around the vertices that faces use.
+/// The box around the vertices that faces use; empty for no faces.
+struct SurfaceBox {
+  Point low{}, high{};
+};
+SurfaceBox box_of(const TriangleSet& triangles);
+/// The length of the diagonal of this box.
 double diagonal_of(const TriangleSet& triangles);
 /// The mean length of the sides of the faces.
 double mean_edge_of(const TriangleSet& triangles);

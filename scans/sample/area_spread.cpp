@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/threads.h"
 #include "sample/samples.h"
 #include "surface/surface.h"
 
@@ -34,15 +35,17 @@ AreaSpread area_spread(const BaseMesh& base, int level, std::span<const Vector3<
     return {double{p.x}, double{p.y}, double{p.z}};
   };
   std::vector<double> ratios(base.face_count());
-  tbb::parallel_for(std::size_t{0}, ratios.size(), [&](std::size_t face) {
-    std::vector<double> areas;
-    areas.reserve(std::size_t{1} << (2 * level));
-    numbers.for_each_triangle(static_cast<FaceId>(face),
-                              [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-                                areas.push_back(length(area_vector(at(a), at(b), at(c))));
-                              });
-    const double large = value_at(areas, 0.99), small = value_at(areas, 0.01);
-    ratios[face] = large < kMostRatio * small ? large / small : kMostRatio;
+  on_workers([&] {
+    tbb::parallel_for(std::size_t{0}, ratios.size(), [&](std::size_t face) {
+      std::vector<double> areas;
+      areas.reserve(std::size_t{1} << (2 * level));
+      numbers.for_each_triangle(static_cast<FaceId>(face),
+                                [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+                                  areas.push_back(length(area_vector(at(a), at(b), at(c))));
+                                });
+      const double large = value_at(areas, 0.99), small = value_at(areas, 0.01);
+      ratios[face] = large < kMostRatio * small ? large / small : kMostRatio;
+    });
   });
   const auto even = std::ranges::count_if(ratios, [](double ratio) { return ratio <= kEvenRatio; });
   return {value_at(ratios, 0.9), static_cast<double>(even) / static_cast<double>(ratios.size())};

@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "base/threads.h"
 #include "plait/error.h"
 #include "sample/oriented_scan.h"
 #include "sample/sample_ring.h"
@@ -76,12 +77,14 @@ class Relaxation {
  private:
   template <class Work>
   void for_faces(Work work) const {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, base_.face_count(), kFacesOfTask),
-                      [&](const tbb::blocked_range<std::size_t>& faces) {
-                        SampleRing ring;
-                        for (std::size_t face = faces.begin(); face < faces.end(); ++face)
-                          work(static_cast<FaceId>(face), ring);
-                      });
+    on_workers([&] {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, base_.face_count(), kFacesOfTask),
+                        [&](const tbb::blocked_range<std::size_t>& faces) {
+                          SampleRing ring;
+                          for (std::size_t face = faces.begin(); face < faces.end(); ++face)
+                            work(static_cast<FaceId>(face), ring);
+                        });
+    });
   }
   /// The number of the sample that is `part` parts of a side after its start.
   std::uint64_t on_side(FaceId face, int side, std::int64_t part) const {
@@ -126,11 +129,13 @@ class Relaxation {
 };
 
 void Relaxation::set_places() {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples_.size(), 1024),
-                    [&](const tbb::blocked_range<std::size_t>& part) {
-                      for (std::size_t i = part.begin(); i < part.end(); ++i)
-                        places_[i] = scan_.at(samples_[i]);
-                    });
+  on_workers([&] {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples_.size(), 1024),
+                      [&](const tbb::blocked_range<std::size_t>& part) {
+                        for (std::size_t i = part.begin(); i < part.end(); ++i)
+                          places_[i] = scan_.at(samples_[i]);
+                      });
+  });
 }
 
 void Relaxation::gather() {

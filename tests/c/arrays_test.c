@@ -138,7 +138,8 @@ static void test_visit(void) {
   const plait_visit_attribute attributes[2] = {{"position", PLAIT_ACCESS_READ, 1},
                                                {"distance", PLAIT_ACCESS_OVERWRITE, 0}};
   means found = {0, 0, 0};
-  CHECK_OK(plait_store_visit(store, attributes, 2, PLAIT_FINEST_LEVEL, visit_means, NULL, &found));
+  CHECK_OK(
+      plait_store_visit(store, attributes, 2, 0, PLAIT_FINEST_LEVEL, visit_means, NULL, &found));
   const uint64_t vertices = 2 + 2 * SIZE * SIZE;
   CHECK(found.vertices == vertices && found.neighbours == 3 * (vertices - 2) * 2);
   plait_reader* reader = NULL;
@@ -156,11 +157,15 @@ static void test_visit(void) {
   plait_reader_close(reader);
 
   const plait_visit_attribute rings[1] = {{"distance", PLAIT_ACCESS_UPDATE, 1}};
-  CHECK_ERROR(plait_store_visit(store, rings, 1, PLAIT_FINEST_LEVEL, visit_means, NULL, &found),
+  CHECK_ERROR(plait_store_visit(store, rings, 1, 0, PLAIT_FINEST_LEVEL, visit_means, NULL, &found),
               PLAIT_ERROR_INVALID_ARGUMENT, "writes to another one");
-  CHECK_ERROR(plait_store_visit(store, attributes, 2, -2, visit_means, NULL, &found),
+  CHECK_ERROR(plait_store_visit(store, attributes, 2, 0, -2, visit_means, NULL, &found),
               PLAIT_ERROR_INVALID_ARGUMENT, "level");
-  CHECK_ERROR(plait_store_visit(store, attributes, 2, 1, cancel_batch, NULL, NULL),
+  CHECK_ERROR(plait_store_visit(store, attributes, 2, -1, 1, visit_means, NULL, &found),
+              PLAIT_ERROR_INVALID_ARGUMENT, "first_level");
+  CHECK_ERROR(plait_store_visit(store, attributes, 2, 2, 1, visit_means, NULL, &found),
+              PLAIT_ERROR_INVALID_ARGUMENT, "expected a first level of 1 or less");
+  CHECK_ERROR(plait_store_visit(store, attributes, 2, 0, 1, cancel_batch, NULL, NULL),
               PLAIT_ERROR_CANCELLED, "visit");
   CHECK_ERROR(plait_store_commit(store), PLAIT_ERROR_BAD_STATE, "distance");
   CHECK_OK(plait_store_close(store));

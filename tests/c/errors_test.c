@@ -11,6 +11,13 @@ static plait_store* subdivided_store(void) {
   return store;
 }
 
+static const plait_visit_attribute positions = {"position", PLAIT_ACCESS_UPDATE, 0};
+
+static int refuse_batch(const plait_vertex_batch* batch, void* user) {
+  (void)batch, (void)user;
+  return 0;
+}
+
 static void test_null(void) {
   const plait_status refused = PLAIT_ERROR_INVALID_ARGUMENT;
   plait_store* store = NULL;
@@ -34,7 +41,7 @@ static void test_null(void) {
   CHECK_ERROR(plait_store_subdivide(NULL, NULL), refused, "'store'");
   CHECK_ERROR(plait_store_digest(NULL, 0, 1, NULL, NULL, NULL), refused, "'store'");
   CHECK_ERROR(plait_store_verify(NULL, NULL, NULL, NULL, NULL), refused, "'store'");
-  CHECK_ERROR(plait_store_apply(NULL, "position", 0, 0, NULL, NULL), refused, "'store'");
+  CHECK_ERROR(plait_store_visit(NULL, NULL, 0, 0, 0, NULL, NULL, NULL), refused, "'store'");
   CHECK_ERROR(plait_store_add_attribute(NULL, "a", PLAIT_FLOAT32, 1, 0), refused, "'store'");
   CHECK_ERROR(plait_reader_open(NULL, NULL, &reader), refused, "'store'");
   CHECK_ERROR(plait_reader_read_patch(NULL, 0, 0, &view), refused, "'reader'");
@@ -46,7 +53,7 @@ static void test_null(void) {
   CHECK_ERROR(plait_store_get_info(store, NULL), refused, "'info'");
   CHECK_ERROR(plait_store_find_attribute(store, NULL, NULL), refused, "'info'");
   CHECK_ERROR(plait_store_add_level(store, NULL), refused, "'name'");
-  CHECK_ERROR(plait_store_apply(store, "position", 0, 0, NULL, NULL), refused, "'edit'");
+  CHECK_ERROR(plait_store_visit(store, &positions, 1, 0, 0, NULL, NULL, NULL), refused, "'visit'");
   CHECK_ERROR(plait_store_digest(store, 0, 1, NULL, NULL, NULL), refused, "'text'");
   CHECK_ERROR(plait_reader_open(store, NULL, NULL), refused, "'reader'");
   CHECK_OK(plait_store_close(store));
@@ -117,7 +124,8 @@ static void test_arguments(void) {
   CHECK_ERROR(plait_store_add_attribute(store, "a", PLAIT_FLOAT32, 0, 0), refused, "components");
   CHECK_ERROR(plait_store_add_attribute(store, "a", PLAIT_FLOAT32, 1, 21), refused, "0 to 20");
   CHECK_ERROR(plait_store_add_attribute(store, "a", PLAIT_FLOAT32, 1, -1), refused, "0 to 20");
-  CHECK_ERROR(plait_store_apply(store, "position", 3, 0, NULL, NULL), refused, "0 to 2, found 3");
+  CHECK_ERROR(plait_store_visit(store, &positions, 1, 3, 3, refuse_batch, NULL, NULL), refused,
+              "ends at level 2");
   plait_attribute_info info = PLAIT_ATTRIBUTE_INFO_INIT;
   CHECK_ERROR(plait_store_get_attribute(store, 1, &info), PLAIT_ERROR_NOT_FOUND, "below 1");
   CHECK_ERROR(plait_store_find_attribute(store, "normal", &info), PLAIT_ERROR_NOT_FOUND,
@@ -194,11 +202,6 @@ static int cancel_third(const char* phase, uint64_t done, uint64_t total, void* 
   return ++*(int*)user < 3;
 }
 
-static int refuse_records(void* records, uint64_t first, uint64_t count, void* user) {
-  (void)records, (void)first, (void)count, (void)user;
-  return 0;
-}
-
 static void test_cancel(void) {
   plait_store* store = tetrahedron_store();
   plait_subdivide_options options = PLAIT_SUBDIVIDE_OPTIONS_INIT;
@@ -212,7 +215,7 @@ static void test_cancel(void) {
   CHECK_ERROR(plait_store_commit(store), PLAIT_ERROR_BAD_STATE, "");
   CHECK_OK(plait_store_close(store));
   store = subdivided_store();
-  CHECK_ERROR(plait_store_apply(store, "position", 2, PLAIT_ACCESS_UPDATE, refuse_records, NULL),
+  CHECK_ERROR(plait_store_visit(store, &positions, 1, 2, 2, refuse_batch, NULL, NULL),
               PLAIT_ERROR_CANCELLED, "callback");
   CHECK_ERROR(plait_store_commit(store), PLAIT_ERROR_BAD_STATE, "position");
   CHECK_OK(plait_store_close(store));
@@ -236,8 +239,8 @@ static int call_back_with_progress(const char* phase, uint64_t done, uint64_t to
   return 1;
 }
 
-static int call_back_with_records(void* records, uint64_t first, uint64_t count, void* user) {
-  (void)records, (void)first, (void)count;
+static int call_back_with_batch(const plait_vertex_batch* batch, void* user) {
+  (void)batch;
   call_back((plait_store*)user);
   return 1;
 }
@@ -253,8 +256,8 @@ static void test_calls_from_callbacks(void) {
   CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, call_back_with_progress, store, digest));
   CHECK_OK(plait_store_verify(store, call_back_with_progress, NULL, store, NULL));
   for (int32_t level = 0; level <= 1; ++level)
-    CHECK_OK(plait_store_apply(store, "position", level, PLAIT_ACCESS_UPDATE,
-                               call_back_with_records, store));
+    CHECK_OK(
+        plait_store_visit(store, &positions, 1, level, level, call_back_with_batch, NULL, store));
   CHECK_OK(plait_store_close(store));
 }
 
@@ -263,7 +266,7 @@ static void test_roll_back(void) {
   char committed[PLAIT_DIGEST_BYTES], digest[PLAIT_DIGEST_BYTES];
   CHECK_OK(plait_store_commit(store));
   CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, committed));
-  CHECK_ERROR(plait_store_apply(store, "position", 2, PLAIT_ACCESS_UPDATE, refuse_records, NULL),
+  CHECK_ERROR(plait_store_visit(store, &positions, 1, 2, 2, refuse_batch, NULL, NULL),
               PLAIT_ERROR_CANCELLED, "callback");
   CHECK_ERROR(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, digest),
               PLAIT_ERROR_BAD_STATE, "level 2 of 'position'");
@@ -300,10 +303,10 @@ static void test_store_for_reading(void) {
   CHECK_OK(plait_store_subdivide(store, &work));
   CHECK_OK(plait_store_commit(store));
   int calls = 0;
-  CHECK_ERROR(plait_store_write_bounds_with_progress(store, NULL, cancel_third, &calls),
-              PLAIT_ERROR_CANCELLED, "plait_store_write_bounds");
+  CHECK_ERROR(plait_store_write_bounds(store, NULL, cancel_third, &calls), PLAIT_ERROR_CANCELLED,
+              "plait_store_write_bounds");
   CHECK(calls == 3);
-  CHECK_OK(plait_store_write_bounds(store, "position"));
+  CHECK_OK(plait_store_write_bounds(store, "position", NULL, NULL));
   CHECK_OK(plait_store_close(store));
   CHECK_OK(plait_store_has_commit(store_path, &committed));
   CHECK(committed == 1);

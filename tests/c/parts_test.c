@@ -41,31 +41,12 @@ static plait_status make_fold(plait_store* store, const char* into, void* user) 
   ++*(int*)user;
   const plait_visit_attribute attributes[] = {{"position", PLAIT_ACCESS_READ, 1},
                                               {into, PLAIT_ACCESS_OVERWRITE, 0}};
-  return plait_store_visit(store, attributes, 2, PLAIT_FINEST_LEVEL, fold, NULL, NULL);
-}
-/* What "folded" has at each vertex and at its neighbours, together. */
-static int mix(const plait_vertex_batch* batch, void* user) {
-  (void)user;
-  const float* const folded = batch->attributes[0].records;
-  const float* const neighbours = batch->attributes[0].neighbours;
-  float* const into = batch->attributes[1].records;
-  for (uint64_t i = 0; i < batch->count; ++i) {
-    into[i] = folded[i];
-    for (int32_t k = 0; k < batch->valence; ++k)
-      into[i] = 0.5f * into[i] + neighbours[i * (uint64_t)batch->valence + (uint64_t)k];
-  }
-  return 1;
-}
-static plait_status make_mix(plait_store* store, const char* into, void* user) {
-  ++*(int*)user;
-  const plait_visit_attribute attributes[] = {{"folded", PLAIT_ACCESS_READ, 1},
-                                              {into, PLAIT_ACCESS_OVERWRITE, 0}};
-  return plait_store_visit(store, attributes, 2, PLAIT_FINEST_LEVEL, mix, NULL, NULL);
+  return plait_store_visit(store, attributes, 2, 0, PLAIT_FINEST_LEVEL, fold, NULL, NULL);
 }
 static plait_status fail(plait_store* store, const char* into, void* user) {
   (void)into;
   (void)user;
-  return plait_store_visit(store, NULL, 0, PLAIT_FINEST_LEVEL, NULL, NULL, NULL);
+  return plait_store_visit(store, NULL, 0, 0, PLAIT_FINEST_LEVEL, NULL, NULL, NULL);
 }
 
 /* Runs a job with these options, of which the last is NULL; `plan` is "plan=...", and `first`
@@ -125,27 +106,12 @@ static void check_passes(const char* sharded, const char* whole, const char* bas
   options.kernel = fail;
   CHECK_ERROR(plait_parts_make(path, 0, &options), PLAIT_ERROR_INVALID_ARGUMENT, "kernel");
 
-  const char* mix_3[] = {"pass=mix", "result=folded,float32,1", "fuse-iterations=1001", NULL};
-  snprintf(plan, sizeof(plan), "plan=%s.mix", base);
-  CHECK_ERROR(run("plan", input, plan, mix_3), PLAIT_ERROR_INVALID_ARGUMENT, "1000");
-  mix_3[2] = "fuse-iterations=3";
-  options.kernel = make_mix;
-  options.again = 0;
-  calls = 0;
-  pass_in_parts(input, output, plan, mix_3, &options);
-  CHECK(calls == 4 * 3);
-
   plait_store* store = NULL;
   plait_open_options writable = PLAIT_OPEN_OPTIONS_INIT;
   writable.writable = 1;
   CHECK_OK(plait_store_open(whole, &writable, &store));
   CHECK_OK(plait_store_add_attribute(store, "folded", PLAIT_FLOAT32, 1, 3));
   CHECK_OK(make_fold(store, "folded", &calls));
-  for (int iteration = 0; iteration < 3; ++iteration) {
-    CHECK_OK(plait_store_add_attribute(store, "next", PLAIT_FLOAT32, 1, 3));
-    CHECK_OK(make_mix(store, "next", &calls));
-    CHECK_OK(plait_store_replace_attribute(store, "folded", "next"));
-  }
   CHECK_OK(plait_store_commit(store));
   CHECK_OK(plait_store_close(store));
   digest_of(sharded, found);

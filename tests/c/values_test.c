@@ -149,16 +149,19 @@ static void test_loop_on_a_tetrahedron(void) {
   CHECK_OK(plait_store_close(store));
 }
 
-static int write_numbers(void* records, uint64_t first, uint64_t count, void* user) {
-  uint32_t* const numbers = records;
-  for (uint64_t at = 0; at < count; ++at) numbers[at] = (uint32_t)(first + at);
-  *(uint64_t*)user += count;
+static int write_numbers(const plait_vertex_batch* batch, void* user) {
+  uint32_t* const numbers = batch->attributes[0].records;
+  for (uint64_t at = 0; at < batch->count; ++at) numbers[at] = (uint32_t)batch->places[at];
+  *(uint64_t*)user += batch->count;
   return 1;
 }
 
-static int add_seven(void* records, uint64_t first, uint64_t count, void* user) {
-  (void)first, (void)user;
-  for (uint64_t at = 0; at < count; ++at) ((uint32_t*)records)[at] += 7;
+static int add_seven(const plait_vertex_batch* batch, void* user) {
+  uint32_t* const numbers = batch->attributes[0].records;
+  for (uint64_t at = 0; at < batch->count; ++at) {
+    CHECK(batch->levels[at] == *(const int*)user);
+    numbers[at] += 7;
+  }
   return 1;
 }
 
@@ -180,20 +183,26 @@ static void test_own_attribute(void) {
   plait_reader_options options = PLAIT_READER_OPTIONS_INIT;
   options.attributes = names;
   options.attribute_count = 1;
+  const plait_visit_attribute overwritten = {"number", PLAIT_ACCESS_OVERWRITE, 0};
+  const plait_visit_attribute updated = {"number", PLAIT_ACCESS_UPDATE, 0};
   for (int level = 0; level <= FINEST; ++level) {
     uint64_t written = 0, count = 0;
-    int blocks = 0;
     CHECK_OK(
-        plait_store_apply(store, "number", level, PLAIT_ACCESS_OVERWRITE, write_numbers, &written));
-    CHECK_OK(plait_store_apply(store, "number", level, PLAIT_ACCESS_UPDATE, add_seven, NULL));
+        plait_store_visit(store, &overwritten, 1, level, level, write_numbers, NULL, &written));
+    CHECK_OK(plait_store_visit(store, &updated, 1, level, level, add_seven, NULL, &level));
     plait_reader* reader = NULL;
     CHECK_OK(plait_reader_open(store, &options, &reader));
     CHECK_OK(plait_reader_vertex_count(reader, level, &count));
     CHECK(written == count);
-    CHECK_OK(
-        plait_reader_visit_vertices(reader, "number", level, 0, count, check_numbers, &blocks));
-    CHECK(blocks >= 1);
-    CHECK(level != FINEST || blocks == 6); /* 4096 bytes are one slot of level 6 */
+    /* A pass over one level leaves the coarser ones as they are. */
+    for (int coarser = 0; coarser <= level; ++coarser) {
+      int blocks = 0;
+      CHECK_OK(plait_reader_vertex_count(reader, coarser, &count));
+      CHECK_OK(
+          plait_reader_visit_vertices(reader, "number", coarser, 0, count, check_numbers, &blocks));
+      CHECK(blocks >= 1);
+      CHECK(coarser != FINEST || blocks == 6); /* 4096 bytes are one slot of level 6 */
+    }
     uint32_t last[2] = {0, 0};
     CHECK_OK(plait_reader_read_vertices(reader, "number", level, count - 2, 2, last, sizeof(last)));
     CHECK(last[0] == count + 5 && last[1] == count + 6);

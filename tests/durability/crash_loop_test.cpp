@@ -13,12 +13,12 @@
 #include <optional>
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "durability/faults.h"
 #include "durability/workload.h"
 #include "engine/store/sample_store.h"
+#include "support/computing.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -42,9 +42,9 @@ class ToldThroughAPipe final : public CommitObserver {
   int descriptor_;
 };
 
-/// Runs the workload in a process that is killed after `lifetime`, unless it ends before. The last
-/// it told (`waits`: for the disk, at every sync): 2 v for version v committed, one less for one on
-/// its way.
+/// Runs the workload in a process that is killed when it has computed for `lifetime`, unless it
+/// ends before. The last it told (`waits`: for the disk, at every sync): 2 v for version v
+/// committed, one less for one on its way.
 std::uint64_t state_when_killed(const std::filesystem::path& store, const std::string& backend,
                                 std::chrono::microseconds lifetime, bool waits) {
   std::array<int, 2> pipe{};
@@ -64,7 +64,7 @@ std::uint64_t state_when_killed(const std::filesystem::path& store, const std::s
     ::_exit(0);
   }
   ::close(pipe[1]);
-  std::this_thread::sleep_for(lifetime);
+  computes_for(child, lifetime);
   ::kill(child, SIGKILL);
   int status = 0;
   ::waitpid(child, &status, 0);

@@ -7,13 +7,11 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <memory>
 #include <random>
 #include <thread>
 #include <vector>
 
 #include "engine/store/sample_store.h"
-#include "plait/extend/budget.h"
 #include "plait/extend/store_access.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
@@ -45,12 +43,11 @@ void fill_patches(Store& store) {
   }
 }
 
-Store open_patches(const fs::path& path, bool writable, std::shared_ptr<Budget> budget = {}) {
+Store open_patches(const fs::path& path, bool writable) {
   OpenOptions options;
   options.writable = writable;
-  options.budget_bytes = 128 << 10;
+  options.budget_bytes = writable ? 128 << 10 : 1 << 20;
   options.durability = Durability::kNone;
-  options.budget = std::move(budget);
   return Store::open(path, options, default_backends());
 }
 
@@ -96,14 +93,13 @@ TEST_CASE("Reader_ThreadsBesideAWriterProcess_ReadTheVersionOfTheirStore") {
   const fs::path path = here.path() / "s.plait";
   make_patch_store(path, backend);
   const pid_t writer = start_writer(path);
-  const auto budget = std::make_shared<Budget>(1 << 20);
   std::atomic<std::uint64_t> wrong = 0, versions = 0;
   bool last = false;
   do {
     int status = 0;
     last = ::waitpid(writer, &status, WNOHANG) == writer;
     if (last) CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 0));
-    const Store store = open_patches(path, false, budget);
+    const Store store = open_patches(path, false);
     if (last) CHECK(store.sequence() == kPatchVersions);
     const Reader reader(store);
     const auto expected = static_cast<float>(store.sequence());

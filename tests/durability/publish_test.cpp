@@ -5,7 +5,7 @@
 #include <string>
 
 #include "durability/power_cut.h"
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -22,7 +22,7 @@ void write_file(File& file, const std::string& content) {
 }
 
 void publish_file(const fs::path& path, const std::string& content) {
-  PartialFile output(path, Existing::kReplace);
+  UnpublishedFile output(path, Existing::kReplace);
   write_file(output.file(), content);
   output.publish();
 }
@@ -49,10 +49,10 @@ class OneFile {
     file.sync();
     file.close();
   }
-  PartialDirectory& output() { return output_; }
+  UnpublishedDirectory& output() { return output_; }
 
  private:
-  PartialDirectory output_;
+  UnpublishedDirectory output_;
 };
 
 /// What the disk may hold while `make` works (note 0) and when it has returned (note 1).
@@ -90,7 +90,7 @@ TEST_CASE("PowerCut_WhileADirectoryIsPublished_LeavesItWholeOrNotThere") {
     const auto found = outcomes_of(here.path(), [&] {
       OneFile made(path);
       if (keeps)
-        path = made.output().keep_as("complete");
+        path = made.output().keep();
       else
         REQUIRE(made.output().publish(true));
     });

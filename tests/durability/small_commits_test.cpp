@@ -17,7 +17,6 @@
 #include <optional>
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "durability/faults.h"
@@ -26,6 +25,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
 #include "plait/verify.h"
+#include "support/computing.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -129,8 +129,9 @@ class CountedWrites final : public FileOperationHook {
   std::atomic<std::uint64_t> bytes = 0;
 };
 
-/// Commits versions in a process of its own. Kills it after `lifetime`; `after_a_commit`: which
-/// begins when the process has committed once, however long a busy machine takes for that.
+/// Commits versions in a process of its own. Kills it when it has computed for `lifetime`;
+/// `after_a_commit`: which begins when the process has committed once, however long a busy machine
+/// takes for that.
 void commit_until_killed(const fs::path& path, std::chrono::microseconds lifetime, bool waits,
                          bool after_a_commit) {
   std::array<int, 2> pipe{};
@@ -151,7 +152,7 @@ void commit_until_killed(const fs::path& path, std::chrono::microseconds lifetim
   }
   ::close(pipe[1]);
   if (char byte = 0; after_a_commit) CHECK(::read(pipe[0], &byte, 1) == 1);
-  std::this_thread::sleep_for(lifetime);
+  computes_for(child, lifetime);
   ::kill(child, SIGKILL);
   ::close(pipe[0]);
   int status = 0;

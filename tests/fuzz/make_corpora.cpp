@@ -1,8 +1,7 @@
-// tests/fuzz/make_corpora.cpp: writes the seeds of all targets, the same each time.
+// tests/fuzz/make_corpora.cpp: writes the seeds of all targets, the same each time. The build runs
+// it.
 //
-//   make_corpora tests/fuzz/corpora
-//
-// A file that a fuzzer found lies beside them under a name of its own and is left alone.
+//   make_corpora DIRECTORY
 #include <zlib.h>
 #include <zstd.h>
 

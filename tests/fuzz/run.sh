@@ -51,12 +51,13 @@ while [ $# -gt 0 ]; do
       ;;
   esac
 done
+known=$(sed -n 's/^plait_add_fuzz_target(\([a-z_]*\) .*/\1/p' tests/fuzz/CMakeLists.txt | sort | xargs)
 if [ ${#targets[@]} -eq 0 ]; then
-  for corpus in tests/fuzz/corpora/*/; do targets+=("$(basename "$corpus")"); done
+  read -ra targets <<<"$known"
 fi
 for target in "${targets[@]}"; do
-  if [ ! -d "tests/fuzz/corpora/${target%%=*}" ]; then
-    echo "tests/fuzz/run.sh: unknown target '${target%%=*}'; there are $(ls tests/fuzz/corpora | xargs)" >&2
+  if [[ " $known " != *" ${target%%=*} "* ]]; then
+    echo "tests/fuzz/run.sh: unknown target '${target%%=*}'; there are $known" >&2
     exit 2
   fi
 done
@@ -75,7 +76,9 @@ for chosen in "${targets[@]}"; do
   name=${chosen//[^A-Za-z0-9_.-]/_}
   corpus=build/fuzz/grown/$target
   mkdir -p "$corpus"
-  # libFuzzer writes new inputs to the first directory, and only reads the seeds in the second.
+  # libFuzzer writes new inputs to the first directory, and only reads those in the others.
+  inputs=("$corpus" "build/fuzz/tests/fuzz/corpora/$target")
+  [ ! -d "tests/fuzz/corpora/$target" ] || inputs+=("tests/fuzz/corpora/$target")
   options=(-print_final_stats=1 -artifact_prefix="$findings/$name-")
   if [ -n "$runs" ]; then options+=(-runs="$runs"); else options+=(-max_total_time="$seconds"); fi
   # An input has at most a few KiB. The largest legitimate allocation is the window of a zstd frame.
@@ -86,7 +89,7 @@ for chosen in "${targets[@]}"; do
   environment=()
   [ "$chosen" = "$target" ] || environment=("PLAIT_FUZZ_ONLY=${chosen#*=}")
   if env "${environment[@]}" \
-    "build/fuzz/tests/fuzz/fuzz_$target" "${options[@]}" "$corpus" "tests/fuzz/corpora/$target" \
+    "build/fuzz/tests/fuzz/fuzz_$target" "${options[@]}" "${inputs[@]}" \
     >"$log" 2>&1; then
     grep -E 'Done [0-9]+ runs' "$log"
   else

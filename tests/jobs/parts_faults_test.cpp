@@ -81,10 +81,10 @@ struct PlannedSubdivision : Planned {
 /// Of the first version of a store.
 struct PlannedPasses : Planned {
   std::string before;  ///< the store's digest
-  explicit PlannedPasses(std::uint32_t iterations) {
+  PlannedPasses() {
     on.make_shards(kShards);
     before = digest_of(on.sharded());
-    plan = on.plan(kSmooth, "plan", iterations);
+    plan = on.plan(kSmooth);
   }
 };
 
@@ -152,7 +152,7 @@ TEST_CASE("Part_FileOperationsThatFail_LeaveNoPartOrTheRightOne") {
 }
 
 TEST_CASE("PassPart_FileOperationsThatFail_LeaveNoPartOrTheRightOne") {
-  const PlannedPasses planned(3);
+  const PlannedPasses planned;
   const auto store_is_as_before = [&] { CHECK(digest_of(planned.on.sharded()) == planned.before); };
   SECTION("one operation, EIO") { check_part(planned, EIO, From::kOne, store_is_as_before); }
   SECTION("one operation, ESTALE") { check_part(planned, ESTALE, From::kOne, store_is_as_before); }
@@ -187,7 +187,7 @@ TEST_CASE("Join_FileOperationsThatFail_LeaveNoStoreOrTheWholeOne") {
 }
 
 TEST_CASE("PassJoin_FileOperationsThatFail_LeaveOneOfTheTwoVersions") {
-  const PlannedPasses planned(1);
+  const PlannedPasses planned;
   make_parts(planned.plan);
   const std::filesystem::path store = planned.on.sharded(), kept = planned.here.path() / "kept";
   std::filesystem::copy(store, kept, std::filesystem::copy_options::recursive);
@@ -224,11 +224,11 @@ TEST_CASE("PassJoin_FileOperationsThatFail_LeaveOneOfTheTwoVersions") {
 }
 
 TEST_CASE("PassPartsAndJoin_ShortAndInterruptedTransfers_ChangeNoRecord") {
-  const PlannedPasses planned(3);
+  const PlannedPasses planned;
   make_parts(planned.plan);
   std::string expected;
   {
-    const PlannedPasses other(3);
+    const PlannedPasses other;
     make_parts(other.plan);
     REQUIRE(join(other.plan, other.on.sharded()).has_store);
     expected = digest_of(other.on.sharded());
@@ -246,7 +246,7 @@ TEST_CASE("PassPartsAndJoin_ShortAndInterruptedTransfers_ChangeNoRecord") {
 }
 
 TEST_CASE("PassPart_FilesOfTheCommitNotVisibleYet_FailsAndEndsWellLater") {
-  const PlannedPasses planned(3);
+  const PlannedPasses planned;
   for (const char* const name :
        {"manifest", "version.1", "version.1.shard0", "attribute0.level02.1.shard0", "base.mesh",
         "attribute0.base.1", "plan"}) {
@@ -267,7 +267,7 @@ TEST_CASE("PassPart_FilesOfTheCommitNotVisibleYet_FailsAndEndsWellLater") {
 }
 
 TEST_CASE("PassPart_ManifestOfTheVersionBeforeStillVisible_IsRefused") {
-  const PlannedPasses planned(1);
+  const PlannedPasses planned;
   const std::filesystem::path manifest = planned.on.sharded() / "manifest";
   const std::string old = bytes_of(manifest);
   make_parts(planned.plan);
@@ -285,7 +285,7 @@ TEST_CASE("PassPart_ManifestOfTheVersionBeforeStillVisible_IsRefused") {
 }
 
 TEST_CASE("PassJoin_PartsNotVisibleYet_AreNamedAndJoinedLater") {
-  const PlannedPasses planned(1);
+  const PlannedPasses planned;
   make_parts(planned.plan);
   const auto joined_without = [&](const std::set<std::string>& names) {
     const NotVisibleYet hook(names);

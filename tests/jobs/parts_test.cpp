@@ -616,12 +616,15 @@ TEST_CASE("ShardedStore_OneDamagedTable_ConcernsOnlyItsShard") {
   REQUIRE(join(plan, path).has_store);
   fs::remove_all(plan);
   const auto expected = digest(Store::open(path, {}, default_backends()));
-  // Writers and repair are refused in words.
+  // Writers are refused in words; a whole store has nothing to repair.
   OpenOptions writable;
   writable.writable = true;
   CHECK(error_of([&] { Store::open(path, writable, default_backends()); }).code() ==
         ErrorCode::kNotSupported);
-  CHECK(error_of([&] { repair(path, {}, default_backends()); }).code() == ErrorCode::kNotSupported);
+  const RepairReport whole = repair(path, {}, default_backends());
+  CHECK(whole.whole());
+  CHECK(whole.blocks_examined);
+  CHECK(whole.rebuilt_count == 0);
   CHECK(digest(Store::open(path, {}, default_backends())) == expected);
 
   std::string bytes = bytes_of(path / "version.1.shard2");
@@ -630,6 +633,14 @@ TEST_CASE("ShardedStore_OneDamagedTable_ConcernsOnlyItsShard") {
   const StoreCheck check = check_store(path, default_backends());
   REQUIRE(check.damaged.size() == 1);
   CHECK(check.damaged[0].name == "version.1.shard2");
+  for (const bool dry_run : {true, false}) {
+    RepairOptions options;
+    options.dry_run = dry_run;
+    const RepairReport lost = repair(path, options, default_backends());
+    REQUIRE(lost.lost_files.size() == 1);
+    CHECK(lost.lost_files[0].name == "version.1.shard2");
+    CHECK_THAT(lost.lost_files[0].reason, Catch::Contains("plait part --again"));
+  }
 }
 
 TEST_CASE("ShardedStore_ManyShardsWithoutTables_IsRefusedBeforeMemoryIsTaken") {

@@ -78,13 +78,11 @@ struct Surfaces {
     REQUIRE(join_parts(shards, sharded(), {}, default_backends()).has_store);
     fs::remove_all(shards);
   }
-  fs::path plan(const Pass& pass, const std::string& name = "plan",
-                std::uint32_t iterations = 1) const {
+  fs::path plan(const Pass& pass, const std::string& name = "plan") const {
     PassRequest request;
     request.store = sharded();
     request.plan = directory / name;
     request.pass = pass;
-    request.iterations = iterations;
     plan_pass(request, default_backends());
     return request.plan;
   }
@@ -98,11 +96,9 @@ inline Surfaces surfaces_of(const fs::path& directory, const IndexedMesh& mesh) 
   return made;
 }
 
-inline void make_parts(const fs::path& plan, const Pass& pass = {}, int threads = 1,
-                       std::uint64_t budget_bytes = PartOptions().budget_bytes) {
+inline void make_parts(const fs::path& plan, const Pass& pass = {}, int threads = 1) {
   PartOptions options;
   options.threads = threads;
-  options.budget_bytes = budget_bytes;
   options.kernel = pass.kernel;
   // The last part first: no part needs another one.
   for (auto part = static_cast<std::uint32_t>(read_parts_plan(plan).parts.size()); part-- > 0;)
@@ -115,9 +111,8 @@ inline JoinResult join(const fs::path& plan, const fs::path& store,
 }
 
 /// One plan of a pass, in parts.
-inline void pass_in_parts(const Surfaces& on, const Pass& pass, int threads = 1,
-                          std::uint32_t iterations = 1) {
-  const fs::path plan = on.plan(pass, "one.pass", iterations);
+inline void pass_in_parts(const Surfaces& on, const Pass& pass, int threads = 1) {
+  const fs::path plan = on.plan(pass, "one.pass");
   make_parts(plan, pass, threads);
   JoinOptions options;
   options.verify = true;

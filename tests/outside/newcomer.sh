@@ -76,9 +76,9 @@ cd guide
 export PKG_CONFIG_PATH=$HOME/plait/lib/pkgconfig LD_LIBRARY_PATH=$HOME/plait/lib
 read -r -a flags <<<"$(pkg-config --cflags --libs plait)"
 g++ -std=c++20 -O1 guide.cpp -o guide "${flags[@]}"
-"$source/tests/docs/guide_test.sh" "$PWD/guide" "$source/docs/guide.md" "$(command -v plait)" >"$work/log" ||
+"$source/tests/docs/guide_test.sh" "$PWD/guide" "$source/docs" "$(command -v plait)" >"$work/log" ||
   fail "the guide's program failed"
-done_with "box query, own rule, own attribute, own backend (docs/guide.md)"
+done_with "patches, own attribute, versions (docs/guide.md), and docs/measuring.md"
 
 begun=$started
 done_with "all"

@@ -99,6 +99,23 @@ def test_the_usual_programs_make_the_package_without_a_network(how, tmp_path):
         assert sorted(each.suffix for each in out.iterdir()) == [".gz", ".whl"]
 
 
+def test_the_commands_of_the_page_install_the_package(tmp_path):
+    """On Debian 12 the system's pip refuses to install anything outside of a virtual environment."""
+    pytest.importorskip("ensurepip")
+    shutil.copytree(SOURCE, tmp_path / "python", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(SOURCE.parent / "LICENSE", tmp_path)
+    page = (SOURCE.parent / "docs" / "python.md").read_text(encoding="utf-8")
+    commands = page.split("```sh\n")[1].split("```")[0].replace("python3 -m venv", f"{sys.executable} -m venv")
+    environment = {**os.environ, "PIP_NO_INDEX": "1", "HOME": str(tmp_path)}
+    done = subprocess.run(["sh", "-ec", commands], env=environment, cwd=tmp_path, capture_output=True,
+                          text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    shown = subprocess.run([tmp_path / "env" / "bin" / "python", "-c", "import plait; print(plait.__file__)"],
+                           env=clean_environment(""), cwd=tmp_path, check=True, capture_output=True,
+                           text=True).stdout
+    assert shown.startswith(str(tmp_path / "env"))
+
+
 def test_source_archive_makes_the_same_wheel(builder, tmp_path):
     name = builder.build_sdist(tmp_path)
     with tarfile.open(tmp_path / name) as archive:

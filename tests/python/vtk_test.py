@@ -142,3 +142,55 @@ def test_plug_in_of_paraview(ball, tmp_path):
         mesh = store.mesh(2, box=([-2, -2, 0.6], [2, 2, 2]))
     assert "polygons 320 ['normal']" in done.stdout, done.stdout + done.stderr
     assert f"in the box {len(mesh.triangles)}\n" in done.stdout
+
+
+def test_reader_shows_a_new_version_after_modified(tmp_path):
+    path = tmp_path / "s.plait"
+    make(icosahedron(), path, levels=2, normals=True).close()
+    reader = vtk.Reader(path)
+    reader.Update()
+    low = reader.GetOutput().GetBounds()[0]
+    with plait.open(path, writable=True) as writer:
+        writer.visit(lambda v: 10 * v["position"], reads="position", writes="position")
+        writer.add_attribute("height", np.float32)
+        writer.remove_attribute("normal")
+        writer.commit()
+    reader.Update()  # nothing was asked for
+    assert reader.GetOutput().GetBounds()[0] == low
+    reader.Modified()
+    reader.Update()
+    assert reader.GetOutput().GetBounds()[0] == pytest.approx(10 * low)
+    names = reader.GetAttributes()
+    assert names.ArrayExists("height") and not names.ArrayExists("normal")
+    names.EnableArray("height")
+    reader.Update()
+    assert reader.GetOutput().GetPointData().HasArray("height")
+    shutil.rmtree(path)
+    make(sheet(2), path, levels=1).close()  # another store of the same name
+    names.DisableArray("height")
+    reader.SetFileName(str(path))
+    reader.Modified()
+    reader.Update()
+    assert reader.GetOutput().GetNumberOfPolys() == 8 * 4
+
+
+def test_reader_takes_boxes_of_arrays_and_one_name(ball):
+    low, high = np.array([-2.0, -2, 0.6]), np.array([2.0, 2, 2])
+    reader = vtk.Reader(ball, level=2, box=(low, high), attributes="normal")
+    reader.SetBox((low, high))
+    reader.Update()
+    part = reader.GetOutput().GetNumberOfPolys()
+    assert 0 < part < 320 and reader.GetOutput().GetPointData().HasArray("normal")
+    low[2] = -9  # the box is that of the call
+    reader.Modified()
+    reader.Update()
+    assert reader.GetOutput().GetNumberOfPolys() == part
+    reader.SetBox((low, [2, 2, 2]))
+    reader.Update()
+    assert reader.GetOutput().GetNumberOfPolys() == 320
+    reader.SetBox(None)
+    with pytest.raises(plait.InvalidArgument, match="box"):
+        reader.SetBox(3)
+    for wrong in (([0], [1]), ("abc", "def")):
+        with pytest.raises((plait.InvalidArgument, ValueError)):
+            reader.SetBox(wrong)

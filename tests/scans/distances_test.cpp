@@ -1,6 +1,7 @@
 #include "distance/distances.h"
 
 #include <catch2/catch.hpp>
+#include <vector>
 
 #include "plait/error.h"
 #include "support/error_of.h"
@@ -27,6 +28,38 @@ TEST_CASE("Distances_ParallelSquares_AreTheirGap") {
   for (const double value : {found.max, found.rms, found.mean, found.percentile_99})
     CHECK(value == Approx(0.25));
   CHECK(found.mean_angle == Approx(0).margin(1e-6));
+}
+
+TEST_CASE("Distances_Progress_IsToldOftenAndCancelsAtOnce") {
+  // Far from each other: then each search looks at many faces.
+  const IndexedMesh here = square(1, 0), far = square(2, 1000);
+  const TriangleTree tree(far.positions, far.faces);
+  std::vector<std::uint64_t> told;
+  DistanceOptions options{.samples = 200000};
+  options.progress = [&](const Progress& now) {
+    told.push_back(now.done);
+    return true;
+  };
+  measure_distances({here.positions, here.faces}, tree, {far.positions, far.faces}, options);
+  REQUIRE(told.size() >= 200000 / 32768);
+  for (std::size_t i = 1; i < told.size(); ++i) CHECK(told[i] - told[i - 1] <= 32768);
+  options.progress = [&](const Progress& now) { return now.done < 10000; };
+  CHECK(
+      error_of([&] {
+        measure_distances({here.positions, here.faces}, tree, {far.positions, far.faces}, options);
+      }).code() == ErrorCode::kCancelled);
+}
+
+TEST_CASE("TriangleTree_ManyFaces_CanBeCancelledWhileItIsBuilt") {
+  IndexedMesh mesh;
+  for (int i = 0; i < 30000; ++i)
+    for (const Point& p : {Point{i * 1.0, 0, 0}, Point{i + 0.5, 0, 0}, Point{i * 1.0, 1, 0}})
+      mesh.positions.push_back(p);
+  for (VertexId i = 0; i < 30000; ++i) mesh.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  int calls = 0;
+  const TriangleTree tree(mesh.positions, mesh.faces, [&] { ++calls; });
+  CHECK(calls == 3);  // the whole and its halves
+  CHECK_THROWS_AS(TriangleTree(mesh.positions, mesh.faces, [] { throw 1; }), int);
 }
 
 TEST_CASE("Distances_LargerSquare_DifferByDirection") {

@@ -67,6 +67,9 @@ class WrappedVolume final : public Volume {
     return wrap_(*inner_, level);
   }
   std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
+  std::uint64_t scratch_bytes_with(std::span<const FutureLevel> levels) const override {
+    return inner_->scratch_bytes_with(levels);
+  }
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override {
     inner_->begin_version(sequence, held);
   }

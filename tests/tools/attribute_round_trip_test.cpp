@@ -173,7 +173,7 @@ TEST_CASE("Import_AttributesOfEveryType_ComeOutOfTheStoreWithTheSameBits") {
       REQUIRE(other.by_position() == expected);
       other.write(directory.path() / "fine.ply");
       plait({"import", "fine.ply", "s.plait", "--force"});
-      plait({"export", "s.plait", "out.ply", "--attribute", names});
+      plait({"export", "s.plait", "out.ply", "--attribute", names, "--force"});
       fine = read_fine_mesh(directory.path() / "out.ply");
       CHECK(fine.mesh.faces.size() == mesh.faces.size() * 16);
       CHECK(fine.by_position() == expected);

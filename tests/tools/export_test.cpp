@@ -12,7 +12,7 @@
 #include <sstream>
 #include <string>
 
-#include "export/mesh_export.h"
+#include "export/mesh_format.h"
 #include "plait/mesh_io.h"
 #include "plait/registry.h"
 #include "plait/store.h"
@@ -149,7 +149,7 @@ TEST_CASE("Export_NormalsAskedFor_AreWrittenAndPointOutwards") {
   CHECK(obj.find("\nvn ") != std::string::npos);
   CHECK(obj.find("//") != std::string::npos);
   CHECK(here.plait({"export", "s.plait", "n.stl", "--attribute", "normal"}).status == 2);
-  CHECK(here.plait({"export", "s.plait", "n.ply", "--attribute", "colour"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "x.ply", "--attribute", "colour"}).status == 2);
 }
 
 TEST_CASE("Export_FaceAttributesAskedFor_AreNumbersOfTheTriangles") {
@@ -204,8 +204,8 @@ TEST_CASE("Export_FaceAttributesAskedFor_AreNumbersOfTheTriangles") {
   }
   for (const char* name : {"f.obj", "f.stl"})
     CHECK(here.plait({"export", "s.plait", name, "--face-attribute", "part"}).status == 2);
-  CHECK(here.plait({"export", "s.plait", "f.ply", "--face-attribute", "colour"}).status == 2);
-  CHECK(here.plait({"export", "s.plait", "f.ply", "--face-attribute", "part,part"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "x.ply", "--face-attribute", "colour"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "x.ply", "--face-attribute", "part,part"}).status == 2);
 
   // Copies have them, and info shows them.
   REQUIRE(here.plait({"convert", "s.plait", "t.plait", "--backend", "pread"}).status == 0);
@@ -245,6 +245,45 @@ TEST_CASE("Export_LevelThatIsNotThere_IsRefusedAndLeavesNothing") {
   CHECK(here.plait({"export", "s.plait", "out.dae"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "s.plait"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "no/out.ply"}).status == 2);
+  CHECK(names_in(here.directory.path()) == before);
+}
+
+TEST_CASE("Export_FileThatExists_IsReplacedByForceAlone") {
+  const ExportWorkplace here(icosahedron());
+  const auto content = [&](const char* name) {
+    return decompressed_content_of(here.directory.path() / name);
+  };
+  for (const char* name : {"out.ply", "out_0.vtp", "out.bin"})
+    std::ofstream(here.directory.path() / name) << "mine";
+  for (const char* name : {"out.ply", "out.pvtp", "out.gltf"}) {
+    CAPTURE(name);
+    const auto before = names_in(here.directory.path());
+    const Outcome refused = here.plait({"export", "s.plait", name});
+    CHECK(refused.status == 2);
+    CHECK(refused.errors.find("exists already") != std::string::npos);
+    CHECK(names_in(here.directory.path()) == before);
+  }
+  for (const char* name : {"out.ply", "out_0.vtp", "out.bin"}) CHECK(content(name) == "mine");
+  for (const char* name : {"out.ply", "out.pvtp", "out.gltf"})
+    CHECK(here.plait({"export", "s.plait", name, "--force"}).status == 0);
+  for (const char* name : {"out.ply", "out_0.vtp", "out.bin"}) CHECK(content(name) != "mine");
+}
+
+TEST_CASE("Export_NamesThatAreNoUtf8_AreReportedOrRefusedWhereAFileWouldNameThem") {
+  const ExportWorkplace here(icosahedron());
+  for (const char* name : {"Gel\xe4nde.ply", "Gel\xe4nde.vtp", "Gel\xe4nde.glb"}) {
+    const Outcome outcome = here.plait({"export", "s.plait", name, "--json"});
+    CAPTURE(name, outcome.errors);
+    REQUIRE(outcome.status == 0);
+    CHECK(outcome.json()["vertices"].is_number());
+    CHECK(std::filesystem::exists(here.directory.path() / name));
+  }
+  const auto before = names_in(here.directory.path());
+  for (const char* name : {"Gel\xe4nde.pvtp", "Gel\xe4nde.gltf", "a\nb.pvtp"}) {
+    const Outcome outcome = here.plait({"export", "s.plait", name, "--json"});
+    CHECK(outcome.status == 2);
+    CHECK(outcome.errors.find("UTF-8") != std::string::npos);
+  }
   CHECK(names_in(here.directory.path()) == before);
 }
 

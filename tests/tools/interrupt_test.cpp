@@ -5,10 +5,10 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "program.h"
+#include "support/computing.h"
 #include "support/resource_limit.h"
 
 namespace plait::test {
@@ -105,8 +105,8 @@ TEST_CASE("StepsThatHaveMadeNothingYet_Interrupted_EndAtOnce") {
       CAPTURE(arguments, signal_number);
       Program program(here.path(), arguments);
       CHECK(program.runs_until_it_handles(signal_number));
-      // For it to be in the step. A signal that comes before has the same outcome.
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      // Then it is in the step. A signal that comes before has the same outcome.
+      CHECK(computes_for(program.process(), std::chrono::milliseconds(100)));
       ::kill(program.process(), signal_number);
       const Outcome outcome = program.wait();
       CHECK(outcome.status == 128 + signal_number);

@@ -10,10 +10,10 @@
 #include <fstream>
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "program.h"
+#include "support/computing.h"
 #include "support/sanitized.h"
 #include "support/usable_backends.h"
 
@@ -26,12 +26,12 @@ int rounds(int short_run) {
   return std::getenv("PLAIT_LONG") ? 20 * short_run : unless_sanitized(short_run, 1);
 }
 
-/// Runs the program and kills it after `lifetime_us`, unless it has ended before. Returns the
-/// outcome.
+/// Runs the program and kills it when it has computed for `lifetime_us`, unless it has ended
+/// before. Returns the outcome.
 Outcome run_and_kill(const std::filesystem::path& directory, const Names& arguments,
                      std::uint64_t lifetime_us) {
   Program program(directory, arguments);
-  std::this_thread::sleep_for(std::chrono::microseconds(lifetime_us));
+  computes_for(program.process(), std::chrono::microseconds(lifetime_us));
   ::kill(program.process(), SIGKILL);
   return program.wait();
 }

@@ -114,6 +114,34 @@ TEST_CASE("Remesh_Report_SaysHowManyBaseMeshesAndHowEvenTheSmallFacesAre") {
                                           percentile, 100 * share)));
 }
 
+TEST_CASE("Remesh_MinComponentAndFillHoles_RepairWhatIsAskedForAndCountIt") {
+  const ScanWorkplace here;
+  IndexedMesh scan = side_by_side({torus_grid(30, 20), tetrahedron()});
+  scan.faces.erase(scan.faces.begin());  // a hole of three edges in the torus
+  here.write("scan.ply", scan);
+  const auto remeshed = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments = {"remesh",    "scan.ply", "s.plait", "--faces", "60",
+                                          "--samples", "0",        "--force", "--json"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome outcome = here.plait(arguments);
+    CAPTURE(outcome.errors);
+    REQUIRE(outcome.status == 0);
+    return outcome.json();
+  };
+  const nlohmann::json as_it_is = remeshed({});
+  CHECK(as_it_is["repairs"]["small_components"] == 0);
+  CHECK(as_it_is["repairs"]["filled_holes"] == 0);
+  CHECK(as_it_is["base_figures"]["components"] == 2);
+  CHECK(as_it_is["base_figures"]["borders"] == 1);
+  CHECK(remeshed({"--fill-holes", "2", "--min-component", "4"})["base_figures"] ==
+        as_it_is["base_figures"]);
+  const nlohmann::json repaired = remeshed({"--fill-holes", "3", "--min-component", "5"});
+  CHECK(repaired["repairs"]["small_components"] == 1);
+  CHECK(repaired["repairs"]["filled_holes"] == 1);
+  CHECK(repaired["base_figures"]["components"] == 1);
+  CHECK(repaired["base_figures"]["borders"] == 0);
+}
+
 TEST_CASE("Compare_ParallelSheets_GivesTheirGapBothWays") {
   const ScanWorkplace here;
   here.write("low.ply", flat_sheet());
@@ -133,7 +161,8 @@ TEST_CASE("Compare_StoreWithItsExport_IsTheSameSurface") {
   for (const char* level : {"1", "3"}) {
     REQUIRE(here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--force"}).status ==
             0);
-    REQUIRE(here.plait({"export", "s.plait", "level.ply", "--level", level}).status == 0);
+    REQUIRE(here.plait({"export", "s.plait", "level.ply", "--level", level, "--force"}).status ==
+            0);
     const nlohmann::json report = here.plait({"compare", "s.plait", "level.ply", "--level", level,
                                               "--samples", "5000", "--json"})
                                       .json();

@@ -74,8 +74,11 @@ wait_for 120 is_idle
 cat >bin/plait <<END
 #!/bin/sh
 if [ "\$3" = 3 ] && mkdir "$here/stopped" 2>/dev/null; then
-  "$plait" "\$@" & sleep 0.05; kill -STOP \$!; : >"$here/stopped/it"
-  sleep 600
+  "$plait" "\$@" &
+  until [ -n "\$(find "$here/work/p" -name 'part.3*')" ] || ! kill -0 \$!; do :; done
+  kill -STOP \$!
+  : >"$here/stopped/it"
+  wait
 fi
 exec "$plait" "\$@"
 END

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "blocks/telling_volume.h"
 #include "conversion/read_back.h"
+#include "plait/extend/notices.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
@@ -582,39 +584,43 @@ TEST_CASE("CompareCopy_OfAnotherOrADamagedStore_IsRefused") {
   CHECK_THROWS_AS(compare("copy.plait"), Error);
 }
 
-TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
+/// A volume of pread that has something to say.
+class TellingPread final : public Volume, public TellingVolume {
+ public:
+  explicit TellingPread(const VolumeSpec& spec)
+      : volume_(default_backends().find("pread").open(spec)) {}
+  std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
+    return volume_->open_level(level);
+  }
+  std::vector<std::string> notices() const override { return {"read with spoons"}; }
+
+ private:
+  std::unique_ptr<Volume> volume_;
+};
+
+TEST_CASE("Notices_OfABackend_AreSaidOnceForEachLineAndHeldByTheStore") {
   const StoreWorkplace here;
-  const auto registry = [](bool allowed) {
-    RegisteredBackend uring = default_backends().find("pread");
-    uring.name = "uring";
-    uring.check_machine = [allowed] {
-      if (!allowed) throw Error(ErrorCode::kNotSupported, "the kernel refuses io_uring");
-    };
-    BackendRegistry result;
-    result.add(default_backends().find("pread"));
-    result.add(uring);
-    return result;
-  };
+  RegisteredBackend entry = default_backends().find("pread");
+  entry.open = [](const VolumeSpec& spec) { return std::make_unique<TellingPread>(spec); };
+  BackendRegistry registry;
+  registry.add(entry);
   StoreOptions options;
-  options.backend = "uring";
+  options.backend = "pread";
+  std::vector<std::string> warnings;
+  const BackendRegistry warning =
+      with_warnings(registry, [&](const std::string& line) { warnings.push_back(line); });
+  const std::vector<std::string> said = {"read with spoons"};
   {
-    Store store = Store::create(here.path("s.plait"), BaseMesh::build(icosahedron()), options,
-                                registry(true));
+    Store store =
+        Store::create(here.path("s.plait"), BaseMesh::build(icosahedron()), options, warning);
     store.add_level(store.add_attribute(schema_of<float>("value")));
     store.commit();
+    CHECK(notices(store) == said);
   }
-  std::vector<std::string> warnings;
-  const auto warn = [&](const std::string& warning) { warnings.push_back(warning); };
-  const BackendRegistry refused = registry(false);
-  CHECK_THROWS_AS(Store::open(here.path("s.plait"), {}, refused), Error);
-  const BackendRegistry standing_in = with_stand_ins(refused, warn);
-  for (int turn = 0; turn < 2; ++turn)
-    CHECK(Store::open(here.path("s.plait"), {}, standing_in).options().backend == "uring");
-  REQUIRE(warnings.size() == 1);
-  CHECK(warnings[0] ==
-        "the kernel refuses io_uring; using pread instead, whose files are the same");
-  Store::open(here.path("s.plait"), {}, with_stand_ins(registry(true), warn));
-  CHECK(warnings.size() == 1);
+  for (const bool writable : {false, true})
+    CHECK(notices(Store::open(here.path("s.plait"), {.writable = writable}, warning)) == said);
+  CHECK(warnings == said);
+  CHECK(notices(Store::open(here.path("s.plait"), {}, default_backends())).empty());
 }
 
 TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {

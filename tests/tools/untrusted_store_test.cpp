@@ -168,10 +168,8 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   const auto leave = [&](const std::string& name) {
     fs::create_directory(here.path(name));
     write_made_mark(Directory(here.path(name)));
-    for (const char* file : {"lock", "attribute0.level01.1", "image", "output"})
+    for (const char* file : {"lock", "attribute0.level01.1", "sealed", "output", "version.1"})
       write_text(here.path(name) / file, "x");
-    fs::create_directory(here.path(name) / "view");
-    write_text(here.path(name) / "view" / "version.1", "x");
   };
   for (const char* name : {"s.plait.partial-11", "s.plait.repair-12", "t.plait.partial-13",
                            "s.plait.partial-14-2", "s.plait.partial-15", "s.plait.partial-x"})
@@ -199,7 +197,7 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
        {"s.plait.partial-11", "s.plait.repair-12", "s.plait.partial-14-2", "s.plait.partial-19"})
     CHECK_FALSE(there(name));
   for (const char* name :
-       {"t.plait.partial-13", "s.plait.partial-15/notes", "s.plait.partial-18/view/version.1",
+       {"t.plait.partial-13", "s.plait.partial-15/notes", "s.plait.partial-18/version.1",
         "s.plait.partial-x/lock", "s.plait.partial-20", "s.plait.partial-21/manifest",
         "out.ply.partial-16", "out.ply.partial-17"})
     CHECK(there(name));

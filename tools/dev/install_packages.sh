@@ -32,7 +32,7 @@ tests_packages=(
 launchers_packages=(mpich libmpich-dev snakemake slurm-wlm munge)
 viewers_packages=(python3-vtk9 blender python3-nbclient python3-ipykernel)
 # The versions are fixed, because another clang-format formats the same code differently.
-checks_packages=(clang-format-14 clang-tidy-14 abigail-tools doxygen universal-ctags)
+checks_packages=(clang-format-14 clang-tidy-14 doxygen universal-ctags)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
 packages_packages=(lintian mmdebstrap)
 pages_packages=(chromium)

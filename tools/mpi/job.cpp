@@ -14,6 +14,7 @@
 #include "console.h"
 #include "interrupt.h"
 #include "join_report.h"
+#include "json_text.h"
 #include "plait/error.h"
 #include "progress.h"
 
@@ -79,7 +80,7 @@ int report_parts(const JobOptions& arguments, const PartQueue& queue, std::uint3
   const nlohmann::ordered_json report = {
       {"plan", arguments.plan.string()}, {"parts", parts},    {"ranks", ranks}, {"made", made},
       {"were_done", were_done},          {"seconds", seconds}};
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "base/threads.h"
+
 namespace plait::mpi {
 namespace {
 
@@ -94,7 +96,8 @@ Ranks::~Ranks() { MPI_Finalize(); }
 void Ranks::hand_out(PartQueue& queue, const MakePart& make,
                      const std::function<void()>& watch) const {
   std::atomic<bool> has_ended = false;
-  const std::jthread own([&] {
+  JoinedThreads own;
+  own.start("the thread of this rank's own parts", [&] {
     Endurance endurance;
     bool goes_on = true;
     while (goes_on) {

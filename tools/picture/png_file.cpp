@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -33,7 +33,7 @@ std::vector<std::byte> encode(const Image& image, const std::filesystem::path& p
 void write_png(const Image& image, File& file) { file.write_at(0, encode(image, file.path())); }
 
 void write_png(const Image& image, const std::filesystem::path& path) {
-  PartialFile output(path, Existing::kReplace);
+  UnpublishedFile output(path, Existing::kReplace);
   write_png(image, output.file());
   output.publish();
 }

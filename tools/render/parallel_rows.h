@@ -1,8 +1,9 @@
 // render/parallel_rows.h: distributes the rows of a picture over threads.
 #pragma once
 
-#include <thread>
-#include <vector>
+#include <fmt/format.h>
+
+#include "base/threads.h"
 
 namespace plait {
 
@@ -12,8 +13,10 @@ void parallel_rows(int rows, int threads, Work work) {
   const auto run = [&](int first) {
     for (int row = first; row < rows; row += threads) work(row);
   };
-  std::vector<std::jthread> workers;
-  for (int worker = 1; worker < threads; ++worker) workers.emplace_back(run, worker);
+  JoinedThreads workers;
+  for (int worker = 1; worker < threads; ++worker)
+    workers.start(fmt::format("thread {} of {}", worker + 1, threads),
+                  [&, worker] { run(worker); });
   run(0);
 }
 

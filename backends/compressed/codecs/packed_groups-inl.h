@@ -34,7 +34,7 @@ constexpr bool kHasWideVectors = kLanes == 8 || kLanes == 16;
 constexpr bool kHasWideVectors = false;
 #endif
 
-/// So many bytes behind a group's begin may be read: two halves of 32 bytes, of which the second
+/// The bytes behind a group's begin that may be read: two halves of 32 bytes, of which the second
 /// begins behind the first one's bits; or 8 bytes from the byte on where the last word begins.
 constexpr std::size_t kReadAhead = kHasWideVectors ? 64 : 68;
 

@@ -1,6 +1,6 @@
 // backends/compressed/filters/edge_lattice.h: the coarser vertices around the slot of an edge, as
-// the edge's grid (plait/detail/edge_grid.h) of the level before. Other than gather() there, it
-// does without slots that are in no block at hand, and reads the memory of a base mesh ahead.
+// the edge's grid (plait/detail/edge_grid.h) of the level before. Unlike gather() there, it
+// works when some slots are missing, and prefetches base records.
 //
 // The vertex (row, column) of the slot lies between the points A = (row, column + 1) and B = (row +
 // 1, column). slot_predictions.h predicts it from these and the points around. Irregular vertices

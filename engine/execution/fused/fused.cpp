@@ -9,12 +9,12 @@
 #include <mutex>
 #include <optional>
 #include <span>
-#include <system_error>
-#include <thread>
 #include <vector>
 
 #include "base/call_workers.h"
+#include "base/caught.h"
 #include "base/default_arithmetic.h"
+#include "base/threads.h"
 #include "execution/fused/fused_faces.h"
 #include "execution/fused/fused_levels.h"
 #include "execution/fused/fused_schedule.h"
@@ -42,7 +42,7 @@ class FusedRun {
 
   /// Refines runs of faces until none is left, as the thread with this number. After the first
   /// error of any thread, all threads stop.
-  void work(int thread, const std::function<void()>& after_run) noexcept {
+  void work(int thread, const std::function<void()>& after_run) {
     try {
       const DefaultArithmetic arithmetic;
       const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
@@ -61,8 +61,9 @@ class FusedRun {
     } catch (...) {
       const std::scoped_lock lock(mutex_);
       // One thread gets the error of a failed write. Another one may be refused a moment earlier.
-      if (!error_ || is_refusal(error_)) error_ = std::current_exception();
       schedule_.stop();
+      if (error_ && is_refusal(error_)) error_ = nullptr;
+      keep_first(error_);
     }
   }
 
@@ -76,7 +77,7 @@ class FusedRun {
       std::rethrow_exception(error);
     } catch (const Error& refusal) {
       return refusal.code() == ErrorCode::kBadState;
-    } catch (...) {
+    } catch (...) {  // what is stored is an exception
       return false;
     }
   }
@@ -130,14 +131,14 @@ void check_pass(const Store& store, const FusedPass& pass) {
 /// Refines all faces by this thread and others that it starts. Only this thread calls `report`.
 void work_on_own_threads(FusedRun& run, const FusedPass& pass, int threads,
                          const std::function<void()>& report) {
-  std::vector<std::jthread> helpers;
+  JoinedThreads helpers;
   try {
-    for (int i = 1; i < threads; ++i) helpers.emplace_back([&run, i] { run.work(i, {}); });
-  } catch (const std::system_error& failure) {
+    for (int i = 1; i < threads; ++i)
+      helpers.start(fmt::format("thread {} of {} of fused '{}'", i + 1, threads, pass.name),
+                    [&run, i] { run.work(i, {}); });
+  } catch (const Error&) {
     run.schedule().stop();
-    throw Error(ErrorCode::kOutOfMemory,
-                fmt::format("fused '{}': start thread {} of {}: {}", pass.name, helpers.size() + 2,
-                            threads, failure.code().message()));
+    throw;
   }
   run.work(0, report);
 }

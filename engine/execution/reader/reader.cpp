@@ -55,7 +55,9 @@ Reader::State::State(const Store& of, const ReaderOptions& options)
       base_level(of.base_level()) {
   const auto add = [&](AttributeId id) {
     const AttributeInfo& info = of.attributes()[id];
-    Attribute read{id, info.schema, info.finest_level, of.base_bytes(id), {}};
+    const auto& stored = store->attributes[id];
+    Attribute read{id, info.schema, info.finest_level, stored.base_bytes, stored.base_written.get(),
+                   {}};
     for (int level = base_level + 1; level <= info.finest_level; ++level)
       read.levels.push_back(&StoreAccess::level_file(of, id, level));
     attributes.push_back(std::move(read));
@@ -82,11 +84,12 @@ void Reader::State::check_level(const Attribute& attribute, int level) const {
 }
 
 void Reader::State::check_finished(const Attribute& attribute, int level) const {
-  const LevelFile& file =
-      *attribute
-           .levels[static_cast<std::size_t>(relative_to_base(level, base_level).refinements - 1)];
-  if (!file.is_finished()) [[unlikely]]
-    refuse_unfinished(*store, attribute.schema.name, file, level);
+  const WrittenRecords& records = level == base_level
+                                      ? *attribute.base_written
+                                      : *attribute.levels[static_cast<std::size_t>(
+                                            relative_to_base(level, base_level).refinements - 1)];
+  if (!records.is_finished()) [[unlikely]]
+    refuse_unfinished(*store, attribute.schema.name, records, level);
 }
 
 std::size_t Reader::State::number_of(std::string_view name) const {
@@ -214,7 +217,7 @@ PatchView Reader::read_patch(FaceId face, int level) const try {
                                                          face, state_->mesh.faces.size()));
   for (const State::Attribute& attribute : state_->attributes) {
     state_->check_level(attribute, level);
-    for (int needed = state_->base_level + 1; needed <= level; ++needed)
+    for (int needed = state_->base_level; needed <= level; ++needed)
       state_->check_finished(attribute, needed);
   }
   PatchView view;
@@ -348,7 +351,7 @@ void Reader::check_range(std::size_t number, int level, std::uint64_t first,
                          std::uint64_t count) const {
   state_->check_usable();
   state_->check_level(state_->attributes[number], level);
-  if (level > state_->base_level) state_->check_finished(state_->attributes[number], level);
+  state_->check_finished(state_->attributes[number], level);
   const std::uint64_t there = vertex_count(level);
   if (first > there || count > there - first)
     throw Error(ErrorCode::kInvalidArgument,

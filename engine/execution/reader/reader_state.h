@@ -25,6 +25,7 @@ struct Reader::State {
     AttributeSchema schema;
     int finest_level;
     std::span<const std::byte> base_bytes;
+    const WrittenRecords* base_written;
     std::vector<const LevelFile*> levels;  ///< [refinements of the base mesh - 1]
   };
 
@@ -36,7 +37,7 @@ struct Reader::State {
   void check_level(const Attribute& attribute, int level) const;
   /// This state, for a view, which keeps it. REQUIRES: a reader has the state.
   std::shared_ptr<const State> share() const noexcept { return handles[this_thread_part()].lock(); }
-  /// Throws kBadState for a level that is unfinished.
+  /// Throws kBadState for a level that is unfinished. Level base_level are the base records.
   void check_finished(const Attribute& attribute, int level) const;
   std::size_t number_of(std::string_view name) const;
   std::size_t number_of(std::string_view name, ComponentType type, std::uint32_t components) const;

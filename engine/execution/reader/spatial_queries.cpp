@@ -48,7 +48,7 @@ std::vector<FaceBounds> Reader::State::compute_bounds(const Attribute& attribute
                 fmt::format("bounds of '{}': expected float32 x 3 or float64 x 3, found {} x {}",
                             attribute.schema.name, to_string(attribute.schema.type),
                             attribute.schema.components));
-  for (int level = base_level + 1; level <= attribute.finest_level; ++level)
+  for (int level = base_level; level <= attribute.finest_level; ++level)
     check_finished(attribute, level);
   return compute_face_bounds(mesh, attribute.schema, attribute.base_bytes, attribute.levels,
                              session, progress);

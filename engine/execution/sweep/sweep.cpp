@@ -51,10 +51,11 @@ void check_accesses(const Store& store, const SweepPass& pass) {
   check_not_encoded_from_each_other(written);
 }
 
-std::uint64_t window_bytes_of(SweepWindow& window, const PassEdges& edges, EdgeId chunk) {
+std::uint64_t window_bytes_of(SweepWindow& window, EdgeRange edges, EdgeId chunk) {
   std::uint64_t most = 0;
-  for (EdgeId first = 0; first < edges.size(); first = edges.end_of_run(first, chunk)) {
-    window.plan(first, edges.end_of_run(first, chunk));
+  for (EdgeId first = edges.first; first < edges.after;
+       first += std::min(chunk, edges.after - first)) {
+    window.plan(first, first + std::min(chunk, edges.after - first));
     most = std::max(most, window.planned_bytes());
   }
   return most;
@@ -66,7 +67,7 @@ std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int thread
   threads = thread_count(threads, fmt::format("sweep '{}'", pass.name));
   check_accesses(store, pass);
   SweepWindow window(store, pass);
-  return window_bytes_of(window, StoreAccess::pass_edges(store), window.chunk_edges(threads));
+  return window_bytes_of(window, StoreAccess::edges(store), window.chunk_edges(threads));
 }
 
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try {
@@ -88,30 +89,33 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
   else
     under_way.emplace(std::as_const(store));
   SweepWindow window(store, pass);
-  const PassEdges edges = StoreAccess::pass_edges(store);
+  const EdgeRange edges = StoreAccess::edges(store);
   const EdgeId chunk = window.chunk_edges(threads);
   SessionOptions session;
   session.window_bytes = needed_bytes;
   window.open(session);
+  if (options.begins) options.begins();
   UnfinishedLevels written;
   for (const LevelAccess& access : pass.accesses)
     for (int level = access.first_level; level <= access.last_level; ++level)
       written.add(StoreAccess::level_file(store, access.attribute, level), access.access);
 
   SweepWorkers workers(store.options().parallel_for, pass, threads);
-  window.plan(0, edges.end_of_run(0, chunk));
-  window.look_ahead(0, chunk);
-  for (EdgeId first = 0; first < edges.size();) {
-    const EdgeId after = edges.end_of_run(first, chunk);
+  const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edges.after - first); };
+  window.plan(edges.first, chunk_end(edges.first));
+  window.look_ahead(edges.first, chunk);
+  for (EdgeId first = edges.first; first < edges.after;) {
+    const EdgeId after = chunk_end(first);
     window.advance();
-    if (after < edges.size()) {
-      window.plan(after, edges.end_of_run(after, chunk));
+    if (after < edges.after) {
+      window.plan(after, chunk_end(after));
       window.look_ahead(after, chunk);
     }
-    workers.run(window.view(), edges, first, after);
+    workers.run(window.view(), first, after);
     if (pass.stretch_done) pass.stretch_done();
     first = after;
-    if (options.progress && !options.progress({pass.name, first, edges.size()}))
+    if (options.progress &&
+        !options.progress({pass.name, first - edges.first, edges.after - edges.first}))
       throw Error(ErrorCode::kCancelled, fmt::format("sweep '{}': cancelled", pass.name));
   }
   written.finish();

@@ -9,8 +9,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-SweepWindow::SweepWindow(Store& store, const SweepPass& pass)
-    : store_(store), pass_(pass), edges_(StoreAccess::pass_edges(store)) {
+SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), pass_(pass) {
   for (const LevelAccess& access : pass.accesses) {
     first_of_.push_back(levels_.size());
     for (int number = access.first_level; number <= access.last_level; ++number) {
@@ -39,8 +38,8 @@ void SweepWindow::plan(EdgeId first, EdgeId after) {
     const std::span<PinnedLevel> levels = levels_of(access);
     if (levels.empty()) continue;
     PinnedLevel& finest = levels.back();
-    for (EdgeId at = first; at < after; ++at)
-      for_each_edge_in_reach(mesh, edges_[at], pass_.accesses[access].reach,
+    for (EdgeId edge = first; edge < after; ++edge)
+      for_each_edge_in_reach(mesh, edge, pass_.accesses[access].reach,
                              [&](EdgeId needed) { finest.need(needed); });
     // The finest level has the fewest slots in a block, so its blocks need only few blocks of other
     // levels.
@@ -57,22 +56,22 @@ std::uint64_t SweepWindow::planned_bytes() const {
 void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
   if (levels_.empty()) return;
   constexpr EdgeId kRuns = 2 * Pager::kInFlight;
-  const EdgeId last = edges_.size();
+  const EdgeId last = StoreAccess::edges(store_).after;
   const EdgeId end = last - first > kRuns * chunk ? first + kRuns * chunk : last;
   // Near edges first. A level whose block has to wait for another one does not stop the others.
   ahead_.resize(levels_.size());
   for (EdgeId& ahead : ahead_) ahead = std::max(ahead, first);
   std::vector<bool> stopped(levels_.size());
   while (true) {
-    EdgeId at = end;
+    EdgeId edge = end;
     for (std::size_t i = 0; i < levels_.size(); ++i)
-      if (!stopped[i]) at = std::min(at, ahead_[i]);
-    if (at == end) return;
+      if (!stopped[i]) edge = std::min(edge, ahead_[i]);
+    if (edge == end) return;
     for (std::size_t access = 0; access < pass_.accesses.size(); ++access)
       for (std::size_t i = first_of_[access]; i < first_of_[access + 1]; ++i) {
-        if (stopped[i] || ahead_[i] != at) continue;
+        if (stopped[i] || ahead_[i] != edge) continue;
         stopped[i] = levels_[i].can_be_announced() &&
-                     !announce(levels_[i], pass_.accesses[access].reach, edges_[at]);
+                     !announce(levels_[i], pass_.accesses[access].reach, edge);
         if (!stopped[i]) ++ahead_[i];
       }
   }

@@ -25,8 +25,6 @@ class SweepWindow {
     session_ = StoreAccess::open_session(store_, options);
   }
 
-  // The edges of the pass (StoreAccess::pass_edges) are named by their positions.
-
   /// Finds the blocks that the edges [first, after) need. The next advance() pins them.
   void plan(EdgeId first, EdgeId after);
   std::uint64_t planned_bytes() const;
@@ -46,7 +44,6 @@ class SweepWindow {
 
   Store& store_;
   const SweepPass& pass_;
-  PassEdges edges_;
   Session session_;
   std::vector<PinnedLevel> levels_;  ///< for each access, from coarse to fine
   std::vector<std::size_t>

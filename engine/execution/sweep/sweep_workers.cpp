@@ -9,6 +9,7 @@
 
 #include "base/call_workers.h"
 #include "base/default_arithmetic.h"
+#include "base/threads.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -21,7 +22,7 @@ SweepWorkers::SweepWorkers(const ParallelFor& parallel_for, const SweepPass& pas
   if (count_ > 1) arena_.emplace(count_);
 }
 
-void SweepWorkers::run(const SweepView& view, const PassEdges& edges, EdgeId first, EdgeId after) {
+void SweepWorkers::run(const SweepView& view, EdgeId first, EdgeId after) {
   // Few enough that the counter costs nothing, and enough that no worker waits long for the last.
   constexpr std::uint64_t kPiecesOfWorker = 16;
   const std::uint64_t pieces = kPiecesOfWorker * static_cast<std::uint64_t>(count_);
@@ -32,8 +33,8 @@ void SweepWorkers::run(const SweepView& view, const PassEdges& edges, EdgeId fir
     try {
       for (std::uint64_t at = next.fetch_add(piece); at < after; at = next.fetch_add(piece)) {
         const auto end = static_cast<EdgeId>(std::min<std::uint64_t>(after, at + piece));
-        for (auto one = static_cast<EdgeId>(at); one < end; ++one)
-          pass_.kernel(view, edges[one], worker);
+        for (auto edge = static_cast<EdgeId>(at); edge < end; ++edge)
+          pass_.kernel(view, edge, worker);
       }
     } catch (...) {
       next = after;  // the others stop
@@ -45,7 +46,7 @@ void SweepWorkers::run(const SweepView& view, const PassEdges& edges, EdgeId fir
   else if (parallel_for_)
     call_workers(parallel_for_, count_, fmt::format("sweep '{}'", pass_.name), work);
   else
-    arena_->execute([&] { tbb::parallel_for(0, count_, work); });
+    arena_->execute([&] { on_workers([&] { tbb::parallel_for(0, count_, work); }); });
 }
 
 PLAIT_END_NAMESPACE

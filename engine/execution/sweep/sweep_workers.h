@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "plait/extend/parallel_for.h"
-#include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
 #include "plait/extend/topology.h"
 
@@ -18,9 +17,9 @@ class SweepWorkers {
  public:
   /// `parallel_for` may be empty. `pass` must outlive this object, and so must `parallel_for`.
   SweepWorkers(const ParallelFor& parallel_for, const SweepPass& pass, int threads);
-  /// Returns when the kernel has worked on all edges at the positions [first, after) of `edges`.
-  /// Errors: one of the exceptions of the kernel, and those of call_workers().
-  void run(const SweepView& view, const PassEdges& edges, EdgeId first, EdgeId after);
+  /// Returns when the kernel has worked on all edges from `first` to before `after`. Errors: one
+  /// of the exceptions of the kernel, and those of call_workers().
+  void run(const SweepView& view, EdgeId first, EdgeId after);
 
  private:
   const ParallelFor& parallel_for_;

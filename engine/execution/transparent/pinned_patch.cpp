@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "plait/error.h"
@@ -16,7 +17,19 @@ PinnedPatch::PinnedPatch(Store& store, AttributeId attribute, Reach reach,
       attribute_(attribute),
       reach_(reach),
       share_bytes_(share_bytes),
-      topology_(store.base().topology()) {}
+      base_written_(&StoreAccess::base_records_of(store, attribute)),
+      topology_(store.base().topology()),
+      exceptions_(std::uncaught_exceptions()) {}
+
+PinnedPatch::~PinnedPatch() {
+  if (!changes_base_records_ || std::uncaught_exceptions() <= exceptions_) return;
+  base_written_->left_unfinished = true;
+}
+
+void PinnedPatch::change_base_records() {
+  if (!walk_) walk_.emplace(*store_, StorePass::Kind::kWalk);
+  changes_base_records_ = true;
+}
 
 void PinnedPatch::activate(int readable, int first_writable, int last_writable) {
   const int base_level = store_->base_level();
@@ -25,6 +38,8 @@ void PinnedPatch::activate(int readable, int first_writable, int last_writable) 
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("activate level {} of '{}': expected {} to {}", readable,
                             info.schema.name, base_level, info.finest_level));
+  changes_base_records_ =
+      changes_base_records_ || first_writable <= std::min(base_level, last_writable);
   const auto access = [&](int level) {
     return level >= first_writable && level <= last_writable ? Access::kUpdate : Access::kRead;
   };

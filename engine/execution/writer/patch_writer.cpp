@@ -121,9 +121,11 @@ PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
   for (const AttributeId id : ids) forget_how_made(store, id);
 
   under_way.emplace(store, verb);
-  for (WrittenAttribute& attribute : attributes)
+  for (WrittenAttribute& attribute : attributes) {
+    if (attribute.first() == 0) unfinished.add_base(attribute.base_written(), Access::kOverwrite);
     for (int level = std::max(attribute.first(), 1); level <= attribute.last(); ++level)
       unfinished.add(attribute.file(level), Access::kOverwrite);
+  }
   // Blocks that are being written to the disk need frames too.
   share_bytes = store.backend_traits().in_memory ? std::numeric_limits<std::uint64_t>::max()
                 : options.share_bytes != 0       ? options.share_bytes
@@ -134,9 +136,11 @@ PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
 PatchWriter::State::~State() {
   if (finished) return;
   for (const WrittenAttribute& attribute : attributes)
-    for (int level = std::max(attribute.first(), 1); level <= attribute.last(); ++level)
+    for (int level = attribute.first(); level <= attribute.last(); ++level) {
+      WrittenRecords& records = level == 0 ? attribute.base_written() : attribute.file(level);
       if (attribute.missing_faces(level) > 0)
-        attribute.file(level).first_missing_face = attribute.first_missing(level);
+        records.first_missing_face = attribute.first_missing(level);
+    }
 }
 
 WrittenAttribute& PatchWriter::State::find(const Target& target) {
@@ -350,7 +354,8 @@ void PatchWriter::write(const Target& target, FaceId face, Levels levels, int le
 
 void PatchWriter::finish() {
   State& state = *state_;
-  if (state.finished) return;
+  if (state.finished)
+    throw Error(ErrorCode::kBadState, "finish writing patches: the writer has finished");
   for (const WrittenAttribute& attribute : state.attributes)
     for (int level = attribute.first(); level <= attribute.last(); ++level)
       if (const std::uint64_t missing = attribute.missing_faces(level); missing > 0)

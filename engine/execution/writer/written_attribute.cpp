@@ -13,7 +13,9 @@ WrittenAttribute::WrittenAttribute(Store& store, AttributeId id, int first, int 
       first_(first),
       last_(last),
       coarsest_(std::max(first, 1)),
-      base_(first == 0 ? store.base_bytes(id) : std::span<std::byte>()) {
+      base_(first == 0 ? StoreAccess::base_bytes(store, id, Access::kOverwrite)
+                       : std::span<std::byte>()),
+      base_written_(&StoreAccess::base_records_of(store, id)) {
   const std::size_t faces = mesh_.faces.size();
   for (int level = first; level <= last; ++level)
     faces_.push_back({std::vector<bool>(faces, false), faces});

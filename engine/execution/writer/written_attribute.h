@@ -68,6 +68,7 @@ class WrittenAttribute {
   /// The first face that is missing. REQUIRES: missing_faces(level) > 0.
   FaceId first_missing(int level) const;
   LevelFile& file(int level) const { return *blocks_of(level).file; }
+  WrittenRecords& base_written() const { return *base_written_; }
 
  private:
   struct Faces {
@@ -89,8 +90,9 @@ class WrittenAttribute {
   AttributeSchema schema_;
   Topology mesh_;
   int first_, last_;
-  int coarsest_;                   ///< first level that has slots
-  std::span<std::byte> base_;      ///< empty unless first_ is 0
+  int coarsest_;               ///< first level that has slots
+  std::span<std::byte> base_;  ///< empty unless first_ is 0
+  WrittenRecords* base_written_;
   std::vector<Faces> faces_;       ///< [level - first_]
   std::vector<Blocks> blocks_;     ///< [level - coarsest_]
   std::vector<PinnedLevel> held_;  ///< [level - coarsest_]

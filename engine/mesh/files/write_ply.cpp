@@ -6,7 +6,7 @@
 #include <limits>
 #include <span>
 
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "plait/error.h"
 #include "plait/mesh_io.h"
 
@@ -62,7 +62,7 @@ void check_numbers_fit(const std::filesystem::path& path, const IndexedMesh& mes
 
 void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh) {
   check_numbers_fit(path, mesh);  // before the file is created
-  PartialFile output(path, Existing::kReplace);
+  UnpublishedFile output(path, Existing::kReplace);
   write_ply(output.file(), mesh);
   output.publish();
 }

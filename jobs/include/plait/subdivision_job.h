@@ -183,7 +183,7 @@ class SubdivisionJob {
   /// "digest", "publish". A step's progress starts with 0. After an error only the commits of an
   /// earlier run and of kResume stay on the disk. It also removes left-overs of killed runs with
   /// the same output. Errors: the first one of plan().refusals, as a JobError; kBudget before it
-  /// computes anything; kCancelled; kIo, kNoSpace; those of PartialStore::publish; kBadState if the
+  /// computes anything; kCancelled; kIo, kNoSpace; those of UnpublishedStore::publish; kBadState if the
   /// job was run before. Pinned by tests/jobs/subdivision_job_test.cpp.
   SubdivisionResult run(const JobWatch& watch = {});
 

@@ -63,14 +63,9 @@ void add_base_positions(Store& store, ComponentType precision = ComponentType::k
 /// without them; the fused executor in a store that has levels); kBadState and kBusy as
 /// Store::remove_attribute(), and kBadState for a pipeline that encodes new positions from vertices
 /// which the work changes later, as a scheme that moves_even and the fused executor do. kBudget:
-/// the message says which budget the whole work needs. After kBudget, and after kBadState from one
-/// of its passes, the store is as before, unless levels were committed meanwhile or levels of an
-/// earlier commit were moved.
-/// Later errors, kCancelled, kIo and kNoSpace among them, leave unfinished levels, which nobody can
-/// read or commit; the next call makes them again, with all levels from which the scheme cannot
-/// make them alone. If the base records before these levels are not known any more, because the
-/// store was opened again or something else was changed meanwhile, the call fails with kBadState:
-/// Store::roll_back() helps.
+/// the message says which budget the whole work needs. kBadState also if positions are unfinished.
+/// After any later error, kCancelled, kIo and kNoSpace among them, call Store::roll_back(): until
+/// then nobody can read what is unfinished, or commit the store.
 /// Pinned by tests/kernels/states_test.cpp.
 void subdivide(Store& store, const SubdivideOptions& options);
 

@@ -36,9 +36,10 @@
 #include "plait/detail/gather_grid.h"
 #include "plait/detail/namespace.h"
 #include "plait/detail/ring_table.h"
-#include "plait/detail/vertex_rings.h"
 #include "plait/detail/visit_plan.h"
 #include "plait/extend/base_relative_level.h"
+#include "plait/vertex_rings.h"
+#include "plait/visit_options.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -106,11 +107,8 @@ class Source<RecordsOf<Record, kHow>> {
  public:
   using Argument = typename RecordsOf<Record, kHow>::Argument;
   Source(const VisitPlan& plan, std::size_t access) {
-    Store& store = plan.store();
-    if constexpr (kHow == Access::kRead)
-      base_ = std::as_const(store).template base_records<Record>(plan.attribute(access));
-    else
-      base_ = store.template base_records<Record>(plan.attribute(access));
+    const std::span<std::byte> bytes = plan.base_bytes(access);
+    base_ = {reinterpret_cast<Record*>(bytes.data()), bytes.size() / sizeof(Record)};
   }
   void begin(const SweepView&, std::size_t, EdgeId, int) noexcept {}
   void begin_base(const VisitPlan&, std::size_t) noexcept {}

@@ -24,11 +24,6 @@ const std::vector<AttributeSchema>& schemas() {
 
 }  // namespace
 
-void Machine::touched(std::string_view attribute) {
-  if (attribute == "position") pure_ = false;
-  restart_from_.reset();
-}
-
 void Machine::add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   AttributeSchema schema = schemas()[b % schemas().size()];
   schema.name = fmt::format("n{}", a % 4);
@@ -46,7 +41,6 @@ void Machine::add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   attribute.base.resize(base_.vertex_count() * schema.record_bytes());
   now_.attributes.push_back(std::move(attribute));
   for (int level = 1; level <= finest; ++level) append_level(now_.attributes.back());
-  touched();
 }
 
 void Machine::append_level(Content::Attribute& attribute) const {
@@ -67,14 +61,12 @@ void Machine::add_level(std::uint32_t a) {
   if (!id || now_.attributes[*id].finest() >= kFinestOfScripts) return;
   if (!change([&] { store_->add_level(*id); })) return;
   append_level(now_.attributes[*id]);
-  touched(now_.attributes[*id].schema.name);
 }
 
 void Machine::remove(std::uint32_t a) {
   const auto id = any_attribute(a);
   if (!id || (a % 8 != 0 && now_.attributes[*id].schema.name == "position")) return;
   if (!change([&] { store_->remove_attribute(*id); }, with_budget({}))) return;
-  touched(now_.attributes[*id].schema.name);
   now_.attributes.erase(now_.attributes.begin() + *id);
 }
 
@@ -88,7 +80,6 @@ void Machine::replace(std::uint32_t a, std::uint32_t b) {
   if (*old == *by || (of_scheme && !same_type)) also.insert(ErrorCode::kInvalidArgument);
   if (!change([&] { store_->replace_attribute(*old, *by); }, also)) return;
   require(*old != *by && !(of_scheme && !same_type), "a wrong replacement");
-  touched("position");
   std::string name = now_.attributes[*old].schema.name;
   now_.attributes[*old] = now_.attributes[*by];
   now_.attributes[*old].schema.name = std::move(name);
@@ -101,10 +92,10 @@ void Machine::write_base(std::uint32_t a, std::uint32_t b) {
   Content::Attribute& attribute = now_.attributes[*id];
   Bytes bytes(attribute.base.size());
   fill_pattern(attribute.schema, b, 0, bytes);
-  if (!change([&] { std::ranges::copy(bytes, store_->base_bytes(*id).begin()); }, with_budget({})))
-    return;
-  if (attribute.finest() > 0) touched(attribute.schema.name);
-  restart_from_.reset();
+  std::set<ErrorCode> also = with_budget({});
+  if (!attribute.base_finished) also.insert(ErrorCode::kBadState);
+  if (!change([&] { std::ranges::copy(bytes, store_->base_bytes(*id).begin()); }, also)) return;
+  require(attribute.base_finished, "unfinished base records were given out");
   attribute.base = std::move(bytes);
 }
 
@@ -126,7 +117,6 @@ void Machine::face(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     if (!change([&] { std::ranges::copy(numbers, store_->face_bytes(name).begin()); })) return;
     found->numbers = std::move(numbers);
   }
-  restart_from_.reset();
 }
 
 void Machine::text(std::uint32_t a, std::uint32_t b) {
@@ -134,7 +124,6 @@ void Machine::text(std::uint32_t a, std::uint32_t b) {
   if (!change([&] { store_->set_text(name, text); })) return;
   now_.texts.erase(name);
   if (!text.empty()) now_.texts[name] = text;
-  restart_from_.reset();
 }
 
 void Machine::recode(std::uint32_t a, std::uint32_t b) {
@@ -149,7 +138,6 @@ void Machine::recode(std::uint32_t a, std::uint32_t b) {
   const char* const pipeline = kPipelines[b % kPipelines.size()];
   if (!change([&] { recode_attribute(*store_, *id, LevelPipelines(pipeline)); }, also)) return;
   coded_ = coded_ || pipeline[0] == 'h';
-  restart_from_.reset();
   require(now_.attributes[*id].is_finished(), "recode read an unfinished level");
 }
 
@@ -158,7 +146,7 @@ void Machine::commit() {
   if (!change([&] { store_->commit(); },
               finished ? std::set<ErrorCode>{} : std::set{ErrorCode::kBadState}))
     return;
-  require(finished, "an unfinished level was committed");
+  require(finished, "an unfinished level or unfinished base records were committed");
   // What a callback has committed may be all there is.
   const bool differs = !unknown_commit_ && (sequence_ == 0 || !(now_ == committed_));
   const std::uint64_t found = store_->sequence();
@@ -171,8 +159,6 @@ void Machine::commit() {
 
 void Machine::roll_back() {
   if (!change([&] { store_->roll_back(); })) return;
-  restart_from_.reset();
-  pure_ = false;
   if (unknown_commit_) {
     now_ = content_of(*store_);
     require(now_.is_finished(), "rolled back to an unfinished level");

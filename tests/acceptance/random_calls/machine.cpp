@@ -64,6 +64,8 @@ void Machine::run(const Call& call) {
   if (name == "remove") remove(a);
   if (name == "replace") replace(a, b);
   if (name == "sweep") sweep_over(a, b, c);
+  if (name == "visit") visit(a, b, c);
+  if (name == "writer") write_patches(a, b, c);
   if (name == "subdivide") refine(a, b, c);
   if (name == "commit") commit();
   if (name == "roll_back") roll_back();

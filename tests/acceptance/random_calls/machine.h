@@ -109,7 +109,6 @@ class Machine {
   void check_blocks();
 
   // changes.cpp
-  void touched(std::string_view attribute = {});
   void append_level(Content::Attribute& attribute) const;
   std::optional<AttributeId> any_attribute(std::uint32_t a) const;
   void add(std::uint32_t a, std::uint32_t b, std::uint32_t c);
@@ -130,12 +129,15 @@ class Machine {
   /// 3 calls back. `after` calls.
   ProgressCallback watcher(std::uint32_t how, std::uint32_t after);
   void sweep_over(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+  /// Every vertex of an attribute; the kernel throws at a level, at the base vertices, or never.
+  void visit(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+  /// A PatchWriter that is finished, or ends with some patches written or none.
+  void write_patches(std::uint32_t a, std::uint32_t b, std::uint32_t c);
 
   // subdivision.cpp
   void refine(std::uint32_t a, std::uint32_t b, std::uint32_t c);
   static void check_others_kept(const Content& before, const Content& after);
   static void check_made(Content& after, Content& expected);
-  std::optional<Content> beginning_of(const SubdivideOptions& what);
   std::optional<Content> expected_of(SubdivideOptions plain, bool commits_levels,
                                      std::set<ErrorCode>& also);
   void take_over_commit();
@@ -152,8 +154,6 @@ class Machine {
   Content now_, committed_;
   std::uint64_t sequence_ = 0;
   bool unknown_commit_ = false;
-  bool pure_ = true;  ///< the scheme alone has made the levels of "position" from its base records
-  std::optional<Content> restart_from_;  ///< before a subdivision that did not end
   std::vector<Guest> guests_;
   std::vector<Kept> kept_;
   std::uint32_t pokes_ = 0;

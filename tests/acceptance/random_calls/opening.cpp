@@ -24,8 +24,6 @@ void Machine::create() {
   committed_ = {};
   committed_.provenance = now_.provenance;
   sequence_ = 0;
-  pure_ = true;
-  restart_from_.reset();
 }
 
 bool Machine::is_locked() const {
@@ -56,8 +54,6 @@ void Machine::open(std::uint32_t how) {
   writable_ = options.writable;
   now_ = committed_;
   now_.provenance = store_->provenance();
-  pure_ = false;
-  restart_from_.reset();
 }
 
 void Machine::forget_main(bool dropped) {

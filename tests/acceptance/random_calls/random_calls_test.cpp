@@ -47,11 +47,12 @@ TEST_CASE("RandomCalls_OnAnyStore_GiveWhatTheModelSaysOrAnError") {
     CAPTURE(name, counts.done, counts.refused);
     CHECK(counts.done + counts.refused > 0);
   }
-  for (const char* name : {"add", "sweep", "subdivide", "commit", "roll_back", "open", "view"}) {
+  for (const char* name :
+       {"add", "sweep", "visit", "writer", "subdivide", "commit", "roll_back", "open", "view"}) {
     CAPTURE(name);
     CHECK(outcomes.of(name).done > unless_sanitized(10u, 1u));
   }
-  for (const char* name : {"sweep", "subdivide", "commit", "close", "remove"}) {
+  for (const char* name : {"sweep", "visit", "subdivide", "commit", "close", "remove"}) {
     CAPTURE(name);
     CHECK(outcomes.of(name).refused > unless_sanitized(3u, 0u));
   }
@@ -67,7 +68,7 @@ TEST_CASE("RandomCalls_ScriptsThatFoundFaults_AreRight") {
            "begin 553 626 494; subdivide 327 220 33",  // an attribute was added from a callback
            // A level stayed that no pass had filled, and was read as zeros.
            "begin 706 498 952; subdivide 23 307 646; subdivide 35 893 444",
-           // The first one was cancelled when all positions were made, and they stay.
+           // The first one was cancelled when all positions were made.
            "begin 536 501 336; subdivide 278 568 556; subdivide 464 238 300",
            // A block was encoded from base records that the same pass changed afterwards.
            "begin 490 112 884; subdivide 121 685 187; commit 918 378 376; drop 252 296 761; "

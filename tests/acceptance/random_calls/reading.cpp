@@ -35,6 +35,7 @@ void Machine::view(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   for (const auto& attribute : content.attributes) finest = std::min(finest, attribute.finest());
   const int level = static_cast<int>(c % static_cast<std::uint32_t>(finest + 1));
   bool finished = true;
+  for (const auto& attribute : content.attributes) finished = finished && attribute.base_finished;
   for (const auto& attribute : content.attributes)
     for (int at = 0; at < level; ++at)
       finished = finished && attribute.levels[static_cast<std::size_t>(at)].finished;

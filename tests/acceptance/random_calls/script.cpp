@@ -20,7 +20,8 @@ constexpr std::array kNames = {"add",    "level",     "remove",    "replace", "s
                                "sweep",  "subdivide", "subdivide", "commit",  "commit", "roll_back",
                                "close",  "drop",      "open",      "open",    "guest",  "leave",
                                "reader", "view",      "release",   "base",    "face",   "text",
-                               "digest", "verify",    "recode",    "busy",    "gone"};
+                               "digest", "verify",    "recode",    "busy",    "gone",   "visit",
+                               "visit",  "writer",    "writer"};
 
 }  // namespace
 

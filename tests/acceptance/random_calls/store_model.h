@@ -22,6 +22,7 @@ struct Content {
   struct Attribute {
     AttributeSchema schema;
     Bytes base;
+    bool base_finished = true;
     std::vector<Level> levels;  ///< [level - 1]: the stores of the model have base level 0
     int finest() const { return static_cast<int>(levels.size()); }
     bool is_finished() const;

@@ -29,12 +29,6 @@ SubdivideOptions options_of(std::uint32_t a, std::uint32_t b) {
   return what;
 }
 
-/// The levels before the first unfinished one.
-std::ptrdiff_t finished_levels(const Content::Attribute& attribute) {
-  return std::ranges::find(attribute.levels, false, &Content::Level::finished) -
-         attribute.levels.begin();
-}
-
 }  // namespace
 
 void Machine::check_others_kept(const Content& before, const Content& after) {
@@ -63,40 +57,15 @@ void Machine::check_made(Content& after, Content& expected) {
   }
 }
 
-/// The content from which a subdivision begins; nothing if the model does not know. After one that
-/// did not end, it keeps the finished levels of positions, unless the scheme moves their vertices.
-std::optional<Content> Machine::beginning_of(const SubdivideOptions& what) {
-  if (!restart_from_) return now_.is_finished() ? std::optional(now_) : std::nullopt;
-  if (!pure_ || !restart_from_->is_finished()) return std::nullopt;
-  Content::Attribute* const position = now_.find("position");
-  const std::ptrdiff_t kept = finished_levels(*position);
-  if (position->is_finished() || (kept > 0 && what.scheme != Scheme::kLoop)) {
-    Content beginning = now_;
-    beginning.find("position")->levels.resize(static_cast<std::size_t>(kept));
-    std::erase_if(beginning.attributes, [](const Content::Attribute& attribute) {
-      return !attribute.is_finished() &&
-             (attribute.schema.name.starts_with("normal") || attribute.schema.name == "limit");
-    });
-    return beginning.is_finished() ? std::optional(beginning) : std::nullopt;
-  }
-  // Levels that were there before are made again, too: by this scheme, and up to this level only.
-  const Content::Attribute* const before = restart_from_->find("position");
-  if (before->finest() > 0 && (restart_from_->provenance.scheme != to_string(what.scheme) ||
-                               what.levels < before->finest()))
-    return std::nullopt;
-  return restart_from_;
-}
-
 /// What the same call gives in a store in memory. Nothing if that is an error, whose code is added
 /// to `also`, or not known.
 std::optional<Content> Machine::expected_of(SubdivideOptions plain, bool commits_levels,
                                             std::set<ErrorCode>& also) {
-  const std::optional<Content> from = beginning_of(plain);
-  if (!from) {
+  if (!now_.is_finished()) {
     also.insert({ErrorCode::kInvalidArgument, ErrorCode::kNotSupported});
     return std::nullopt;
   }
-  Store reference = loaded(base_, *from);
+  Store reference = loaded(base_, now_);
   if (commits_levels && plain.executor == ExecutorKind::kAuto)
     plain.executor = ExecutorKind::kSweep;
   try {
@@ -128,29 +97,26 @@ void Machine::refine(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
 
   std::set<ErrorCode> also = with_budget({ErrorCode::kBadState});
   std::optional<Content> expected = expected_of(what, how == 4, also);
-  // The fused executor does not go on from levels. An unfinished start has none.
+  // The fused executor does not go on from levels.
   also.insert(ErrorCode::kNotSupported);
-  // Normals that a cancelled call has left do not fit, and are not made anew.
+  // Normals that are there do not fit.
   if (now_.find("normal") != nullptr && !what.normals) also.insert(ErrorCode::kInvalidArgument);
   if (how == 1 || how == 2) also.insert(ErrorCode::kCancelled);
-  const Content before = now_;
+  Content before = now_;
   const bool done = change([&] { subdivide(*store_, watched); }, also);
   const std::string message = message_;
   now_ = content_of(*store_);
   check_others_kept(before, now_);
   if (done) {
+    require(before.find("position")->is_finished(), "subdivide has refined unfinished positions");
     for (const Content::Attribute& attribute : now_.attributes)
-      require(attribute.is_finished() || !is_made(attribute.schema.name) || !before.is_finished(),
+      require(attribute.is_finished() || !is_made(attribute.schema.name),
               "subdivide has left a level unfinished: " + attribute.schema.name);
     if (expected) check_made(now_, *expected);
-    restart_from_.reset();
-    if (what.limit) pure_ = false;
-  } else if (!(now_ == before) || committed) {  // otherwise it was refused before its first change
-    require(message == "Thrown" || message.find("cancelled") != std::string::npos ||
-                !with_budget({}).empty() || committed,
+  } else if (!(now_ == before)) {  // otherwise it was refused before its first change
+    require(message == "Thrown" || message.find("cancelled") != std::string::npos || committed,
             "a refused subdivide has changed the store: " + message);
-    if (!restart_from_ && before.is_finished() && pure_ && !committed) restart_from_ = before;
-    if (committed) pure_ = false;
+    require(committed || !now_.is_finished(), "what subdivide has left can be committed");
   }
   if (committed) take_over_commit();
 }

@@ -1,4 +1,4 @@
-// What only the compressed backend does; the rest is in tools/conformance/.
+// What only the compressed backend does; the rest is in backends/conformance/.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <utility>

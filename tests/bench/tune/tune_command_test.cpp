@@ -8,11 +8,11 @@
 #include <iterator>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "plait/mesh_io.h"
 #include "plait/registry.h"
+#include "support/computing.h"
 #include "support/test_meshes.h"
 #include "tools/program.h"
 
@@ -159,7 +159,7 @@ TEST_CASE("Tune_Interrupted_ReportsWhatThereIs") {
   Program program(here.directory.path(), {"tune", "s.plait", "--seconds", "600", "--json"});
   CHECK(program.runs_until_it_handles(SIGINT));
   // Wherever it is by now: either there is a report, or an error that says that there is none.
-  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  CHECK(computes_for(program.process(), std::chrono::milliseconds(500)));
   ::kill(program.process(), SIGINT);
   const Outcome outcome = program.wait();
   CHECK(outcome.status == 128 + SIGINT);

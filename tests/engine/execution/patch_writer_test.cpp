@@ -288,7 +288,7 @@ TEST_CASE("PatchWriter_WrittenAgain_EndsAnUnfinishedLevel") {
   CHECK(error_of([&] { writer.finish(); }).code() == ErrorCode::kBadState);
   heights.write_all(writer);
   writer.finish();
-  writer.finish();
+  CHECK(names(refused([&] { writer.finish(); }, ErrorCode::kBadState), {"has finished"}));
   heights.store.commit();
   CHECK(heights.at(5, 3, 3) == 7);
   CHECK(names(refused([&] { heights.write_all(writer); }, ErrorCode::kBadState), {"finished"}));

@@ -16,9 +16,12 @@
 #include "plait/error.h"
 #include "plait/extend/pager.h"
 #include "support/error_of.h"
+#include "support/eventually.h"
 
 using namespace plait;
 using plait::test::code_of;
+using plait::test::eventually;
+using plait::test::other_threads_sleep;
 
 namespace {
 
@@ -202,7 +205,8 @@ void check_that_a_fourth_block_waits(ContextFixture& f, Session& session, HeldTr
   const PinnedBlock other = session.pin(f.level(1), 1);
   auto fourth = std::async(std::launch::async,
                            [&] { return holds_its_values(session.pin(f.level(2), 4), 2, 4); });
-  CHECK(fourth.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout);
+  CHECK(eventually(other_threads_sleep));
+  CHECK(fourth.wait_for(std::chrono::seconds(0)) == std::future_status::timeout);
   held.let_go();
   CHECK(fourth.get());
 }
@@ -341,7 +345,8 @@ TEST_CASE("ContextPin_WhileTheCoarsestBlockIsRead_WaitsForItAndEnds") {
   // being read already.
   auto pinned = std::async(std::launch::async,
                            [&] { return holds_its_values(session.pin(f.level(3), 0), 3, 0); });
-  CHECK(pinned.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout);
+  CHECK(eventually(other_threads_sleep));
+  CHECK(pinned.wait_for(std::chrono::seconds(0)) == std::future_status::timeout);
   held.let_go();
   CHECK(pinned.get());
 }
@@ -364,9 +369,7 @@ TEST_CASE("ContextPin_OfSeveralBlocks_ReadsOneWhileAnotherTakesLong") {
       return read.level == 3 && read.block == kOther;
     });
   };
-  for (int tries = 0; tries < 30'000 && !other_is_read(); ++tries)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  CHECK(other_is_read());
+  CHECK(eventually(other_is_read));
   held.let_go();
   CHECK(pinned.get());
 }

@@ -1,5 +1,4 @@
-// What frames and shared budgets count: never more memory than there may be, and all that is free
-// again.
+// What frames count: never more memory than there may be, and all that is free again.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -12,7 +11,6 @@
 #include <vector>
 
 #include "paging/frame_pool.h"
-#include "plait/extend/budget.h"
 
 namespace plait::test {
 namespace {
@@ -47,11 +45,6 @@ std::int64_t resident_bytes() {
   ::malloc_trim(0);
   return process_bytes().resident;
 }
-
-class NobodyBorrows final : public Budget::Borrower {
- public:
-  void shrink() noexcept override {}
-};
 
 }  // namespace
 
@@ -175,44 +168,6 @@ TEST_CASE("FramePool_FramesInAnyOrder_KeepTheirBytesWithinTheBudget") {
   while (!taken.empty()) give_back(taken.begin());
   pool.release();
   if (kMemoryIsCounted) CHECK(resident_bytes() - before <= 8 << 20);
-}
-
-TEST_CASE("Budget_Portions_AreEqualPartsOfTheRestWhoeverComesAndGoes") {
-  Budget budget(1000);
-  CHECK(budget.portion_bytes() == 0);
-  NobodyBorrows a, b;
-  budget.join(a, 100);
-  CHECK(budget.portion_bytes() == 900);
-  budget.join(b, 300);
-  CHECK(budget.portion_bytes() == 300);
-  budget.leave(a, 100);
-  CHECK(budget.portion_bytes() == 700);
-  CHECK(budget.part_bytes() == 300);
-}
-
-TEST_CASE("BudgetLend_BeyondThePortionOrWhatIsLeft_IsRefused") {
-  Budget budget(1000);
-  NobodyBorrows a, b;
-  budget.join(a, 100);
-  CHECK(budget.lend(0, 900));
-  budget.give_back(900);
-  CHECK_FALSE(budget.lend(0, 901));
-  CHECK(budget.lent_bytes() == 0);
-  budget.join(b, 100);
-  CHECK_FALSE(budget.lend(0, 401));
-  CHECK(budget.lend(0, 400));
-  CHECK_FALSE(budget.lend(400, 1));  // a has its portion
-  CHECK(budget.lend(0, 400));        // and b has, too
-  CHECK(budget.lent_bytes() == 800);
-  // What a borrowed before another store came may be more than its portion; b gets only what is
-  // left.
-  budget.give_back(800);
-  budget.leave(b, 100);
-  CHECK(budget.lend(0, 700));
-  budget.join(b, 100);
-  CHECK(budget.portion_bytes() == 400);
-  CHECK_FALSE(budget.lend(0, 101));
-  CHECK(budget.lend(0, 100));
 }
 
 }  // namespace plait::test

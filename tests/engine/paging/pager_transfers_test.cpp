@@ -9,6 +9,7 @@
 
 #include "engine/paging/held_level.h"
 #include "support/error_of.h"
+#include "support/eventually.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -212,7 +213,7 @@ TEST_CASE("PagerPin_ReadFailsWhileOthersWaitForIt_TheOthersReadForThemselves") {
       waiting.push_back(std::async(std::launch::async, [&] {
         return level.pin(5, Access::kRead).bytes()[100] == HeldLevel::value(5);
       }));
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // for most of them to wait
+    CHECK(eventually(other_threads_sleep));
     level.backend->let_go(Direction::kRead, 5, true);
     CHECK(failing.get() == ErrorCode::kNoSpace);
     level.backend->let_all_go();

@@ -13,6 +13,7 @@
 
 #include "engine/paging/held_level.h"
 #include "support/error_of.h"
+#include "support/eventually.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -49,7 +50,7 @@ struct CallBesideAnother {
   }
 
   std::function<void()> beside, at_eviction;
-  Pager pager{2 * kBlockBytes, 0, nullptr, {.call = [this](const StoreEvent&) {
+  Pager pager{2 * kBlockBytes, 0, {.call = [this](const StoreEvent&) {
                 if (at_eviction) std::exchange(at_eviction, nullptr)();
               }}};
   HeldLevel level{pager, 8};
@@ -68,7 +69,7 @@ TEST_CASE("PagerPin_FrameOfACallThatIsAboutToEnd_IsWaitedFor") {
     level.backend->wait_until_started(1, 0);
     auto second = std::async(std::launch::async,
                              [&] { return holds_own_value(level.pin(1, Access::kRead), 1); });
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // for it to wait, most often
+    CHECK(eventually(other_threads_sleep));
     level.backend->let_all_go();
     CHECK(first.get());
     CHECK(second.get());
@@ -88,7 +89,7 @@ TEST_CASE("PagerPin_FrameThatACallOfTheSameSessionKeeps_IsRefusedAsTheCallEnds")
     level.backend->wait_until_started(1, 0);
     auto second = std::async(std::launch::async,
                              [&] { return code_of([&] { level.pin(1, Access::kRead); }); });
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // for it to wait, most often
+    CHECK(eventually(other_threads_sleep));
     level.backend->let_all_go();
     CHECK(second.get() == ErrorCode::kBudget);
     refused.set_value();
@@ -155,7 +156,7 @@ TEST_CASE("PagerPin_BlockNeverWrittenThatAnotherCallBringsIn_IsWaitedFor") {
     level.backend->wait_until_started(1, 0);
     auto zeros = std::async(std::launch::async,
                             [&] { return level.pin(3, Access::kRead).bytes()[9] == std::byte{0}; });
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // for it to wait, most often
+    CHECK(eventually(other_threads_sleep));
     level.backend->let_all_go();
     CHECK(both.get());
     CHECK(zeros.get());

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "engine/store/sample_store.h"
-#include "maintenance/replace_file.h"
+#include "maintenance/repair_files.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
@@ -286,11 +286,10 @@ TEST_CASE("HoldStore_WhileAReaderHasAnyVersion_IsBusy") {
 TEST_CASE("ReplaceFile_WhileAReaderHasTheStore_IsBusy") {
   const GenerationsPlace place("pread");
   const Directory spare(place.directory.path());
-  File(spare, "spare", OpenMode::kCreate).close();
+  File(spare, "attribute0.base.1", OpenMode::kCreate).close();
   const Store reader = place.open();
-  CHECK(error_of([&] {
-          replace_file(place.path, 1, "attribute0.base.1", spare, "spare");
-        }).code() == ErrorCode::kBusy);
+  CHECK(error_of([&] { replace_file(place.path, 1, "attribute0.base.1", spare); }).code() ==
+        ErrorCode::kBusy);
 }
 
 TEST_CASE("CheckStructure_WhileAWriterWorks_SeesTheCommittedVersion") {

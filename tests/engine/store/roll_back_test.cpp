@@ -73,7 +73,6 @@ std::vector<RandomChange> random_changes() {
       [](Store& s) {
         if (s.attributes().size() > 1) s.replace_attribute(0, 1);
       },
-      [](Store& s) { StoreAccess::remove_levels(s, 0, 1); },
       [](Store& s) {
         Provenance provenance = s.provenance();
         provenance.scheme = "other";

@@ -2,10 +2,12 @@
 // or memory goes into what the sizes promise.
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <random>
 
 #include "engine/store/forge.h"
 #include "engine/store/sample_store.h"
@@ -78,12 +80,14 @@ struct ForgedStore {
 };
 
 /// A mesh of triangles apart from each other, all at one place: in a frame, it takes next to
-/// nothing.
-std::vector<std::byte> bomb(std::uint64_t faces) {
+/// nothing, except for `noise` bytes of its positions.
+std::vector<std::byte> bomb(std::uint64_t faces, std::size_t noise = 0) {
   std::vector<std::byte> packed(28 * 3 * faces + 12 * faces);
   // Numbers 0, 1, 2, ...: the first difference is 0, all others are 1, stored as 2.
   std::fill_n(packed.end() - static_cast<std::ptrdiff_t>(12 * faces) + 1, 3 * faces - 1,
               std::byte{2});
+  std::mt19937 random(1);
+  std::generate_n(packed.begin(), noise, [&] { return static_cast<std::byte>(random()); });
   return base_mesh_file(3 * faces, faces, packed);
 }
 
@@ -177,7 +181,7 @@ TEST_CASE("SizeOfABaseMesh_BeyondTheMemory_IsRefusedByName") {
   const TemporaryDirectory here{Medium::kMemory};
   File file(here.path() / "base.mesh", OpenMode::kCreate);
   const std::uint64_t faces = 1'000'000;
-  const std::vector<std::byte> bytes = bomb(faces);
+  const std::vector<std::byte> bytes = bomb(faces, 1 << 16);
   file.write_at(0, bytes);
   std::uint64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
@@ -188,6 +192,20 @@ TEST_CASE("SizeOfABaseMesh_BeyondTheMemory_IsRefusedByName") {
   });
   CHECK(error.code() == ErrorCode::kOutOfMemory);
   CHECK(names(error, {file.path().string(), "3000000 vertices and 1000000 faces need at least"}));
+}
+
+TEST_CASE("SizeOfABaseMesh_FarBeyondWhatMeshesCompressTo_IsRefusedBeforeItIsDecoded") {
+  const TemporaryDirectory here{Medium::kMemory};
+  const std::uint64_t faces = 1'000'000;
+  const std::vector<std::byte> bytes = bomb(faces);
+  CHECK(bytes.size() < 16 << 10);
+  File file(here.path() / "base.mesh", OpenMode::kCreate);
+  file.write_at(0, bytes);
+  const Error error = error_of([&] {
+    read_base_mesh_file(file, {bytes.size(), checksum_of(bytes)}, 3 * faces, faces);
+  });
+  CHECK(error.code() == ErrorCode::kCorruption);
+  CHECK(names(error, {file.path().string(), "expected a zstd frame of 96000000 bytes"}));
 }
 
 }  // namespace plait::test

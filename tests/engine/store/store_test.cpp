@@ -14,7 +14,7 @@
 
 #include "engine/store/sample_store.h"
 #include "format/manifest.h"
-#include "maintenance/replace_file.h"
+#include "maintenance/repair_files.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/file.h"
 #include "plait/extend/store_access.h"
@@ -530,10 +530,10 @@ TEST_CASE("ReplaceFile_StoreThatHasMovedOn_IsRefused") {
     Store store = place.open(true);
     commit_anew(store);
   }
-  const std::filesystem::path image = place.path.parent_path() / "image";
+  const std::filesystem::path image = place.path.parent_path() / "spare";
   File(image, OpenMode::kCreate).close();
   const auto replace = [&](std::uint64_t version) {
-    replace_file(place.path, version, "spare", Directory(image.parent_path()), image.filename());
+    replace_file(place.path, version, "spare", Directory(image.parent_path()));
   };
   CHECK_THROWS_AS(replace(1), Error);
   CHECK(std::filesystem::exists(image));

@@ -69,7 +69,15 @@ struct AttributeSchema {
 ///
 /// Pinned by tests/engine/store/own_attributes_test.cpp.
 template <class Record>
-struct RecordTraits;
+struct RecordTraits {
+  // The condition depends on the type, so a program that specialises the template never meets it.
+  static_assert(
+      sizeof(Record) == 0,
+      "a record type of your own needs RecordTraits, before it is used: template <> struct "
+      "plait::RecordTraits<MyRecord> : plait::RecordOf<float, 3> {};");
+  static constexpr ComponentType kType = ComponentType::kUint8;  // no second message
+  static constexpr std::uint32_t kComponents = sizeof(Record);
+};
 
 /// The traits of records that are one component.
 template <ComponentType type>

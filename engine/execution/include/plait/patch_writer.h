@@ -51,8 +51,9 @@ struct PatchWriterOptions {
 };
 
 /// Every patch of the writer's levels must be written, by write_patch() or level by level by
-/// write_level(); a patch may be written again. Until finish(), the levels are unfinished: nobody
-/// can read them, and commit() refuses the store and names a face that nobody wrote. Threads:
+/// write_level(); a patch may be written again. Until finish(), the levels are unfinished, base
+/// records too if the writer fills them: nobody can read them, and commit() refuses the store and
+/// names a face that nobody wrote. Threads:
 /// by part: different faces or attributes (docs/threads.md); finish() and the destructor run alone.
 /// A thread that writes must not hold pins of the same store.
 class PatchWriter {
@@ -106,9 +107,10 @@ class PatchWriter {
     write({attribute}, face, Levels::kOnly, level, records);
   }
 
-  /// Ends the work: the levels can be read and committed. Other calls than statistics() then fail.
-  /// Errors: kBadState if a patch was not written: the message names attribute, level and face, and
-  /// how many others are missing; the program may write them and call finish() again.
+  /// Ends the work: the levels can be read and committed. Other calls than statistics() then fail,
+  /// a second finish() too. Errors: kBadState if a patch was not written: the message names
+  /// attribute, level and face, and how many others are missing; the program may write them and
+  /// call finish() again.
   void finish();
 
   PagingStatistics statistics() const;

@@ -3,13 +3,11 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
-#include "plait/extend/budget.h"
 #include "plait/extend/parallel_for.h"
 #include "plait/extend/store_event.h"
 
@@ -45,8 +43,6 @@ struct StoreOptions {
   /// The number of threads that prefetch blocks and write dirty ones, 0 to 64. With 0, each
   /// transfer runs in the thread that needs it. Not set: one for each processor.
   std::optional<int> io_threads = {};
-  /// If it is set, `budget_bytes` are a part of it (plait/extend/budget.h).
-  std::shared_ptr<Budget> budget = {};
   StoreEvents events = {};  ///< whom the store tells what it does (plait/extend/store_event.h)
   /// If it is set, passes over this store compute on threads of the program: they call it with the
   /// count that their option `threads` gives, if that is more than one
@@ -54,17 +50,16 @@ struct StoreOptions {
   ParallelFor parallel_for = {};
 };
 
-/// Options of Store::open().
+/// Options of Store::open(). Members that StoreOptions also has are in the same order.
 struct OpenOptions {
   bool writable = false;
-  std::uint64_t budget_bytes = 256u << 20;
-  std::optional<int> io_threads = {};  ///< as in StoreOptions
   /// For writers. With kNone the store never waits for the disk, so a crash of the system may
   /// destroy the store.
   Durability durability = Durability::kCommit;
-  std::shared_ptr<Budget> budget = {};  ///< as in StoreOptions
-  StoreEvents events = {};              ///< as in StoreOptions
-  ParallelFor parallel_for = {};        ///< as in StoreOptions
+  std::uint64_t budget_bytes = 256u << 20;
+  std::optional<int> io_threads = {};  ///< as in StoreOptions
+  StoreEvents events = {};             ///< as in StoreOptions
+  ParallelFor parallel_for = {};       ///< as in StoreOptions
 };
 
 PLAIT_END_NAMESPACE

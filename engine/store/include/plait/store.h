@@ -162,9 +162,10 @@ class Store {
   const std::optional<Rounding>& rounding(AttributeId attribute) const;
 
   /// The records of level base_level(): one for each base vertex, in memory. Errors:
-  /// kInvalidArgument if the attribute has other records. Without const also kBadState for a store
-  /// that was opened for reading, and if blocks were encoded from these records: read them through
-  /// a const Store.
+  /// kInvalidArgument if the attribute has other records; kBadState if they are unfinished: a pass
+  /// that wrote them was cancelled or failed. Without const also kBadState for a store that was
+  /// opened for reading, and if blocks were encoded from these records: read them through a const
+  /// Store.
   template <class Record>
   std::span<Record> base_records(AttributeId attribute) {
     check_record_type<Record>();
@@ -187,10 +188,10 @@ class Store {
   /// any moment, open() gives either the version before or this version, complete. After a failed
   /// commit the store refuses further commits until it is opened again. REQUIRES: no block is
   /// pinned for writing. Errors: kIo, kNoSpace; kBadState after a failed write or commit. Also
-  /// kBadState, without any change, while a pass is under way, or a level is unfinished: a pass
-  /// that wrote to it was cancelled or failed, and no later pass has overwritten all of it. Nobody
-  /// can read such a level: run the work again, or roll_back(). kBusy while the store has readers
-  /// or views.
+  /// kBadState, without any change, while a pass is under way, or a level or base records are
+  /// unfinished: a pass that wrote to them was cancelled or failed, and no later pass has
+  /// overwritten all of them. Nobody can read such records: run the pass again, or roll_back().
+  /// kBusy while the store has readers or views.
   void commit();
   /// Brings the store back to its last commit, or, before the first one, to a store without
   /// attributes and texts: discards all changes, and what cancelled and failed passes left.
@@ -221,6 +222,8 @@ class Store {
   /// Every function of the store takes its state from here. Errors: kBadState for a store that is
   /// closed or moved from, and in a process that was forked from the store's.
   Implementation& state() const;
+  AttributeId add(AttributeSchema schema, bool is_replacement);
+  std::span<std::byte> base_bytes_for(AttributeId attribute, Access access);
   void set_provenance(const Provenance& provenance);
   void plan_levels(AttributeId attribute, int finest_level, std::string_view copy_of);
   void set_rounding(AttributeId attribute, const std::optional<Rounding>& rounding);

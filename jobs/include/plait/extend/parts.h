@@ -10,8 +10,7 @@
 //
 // plan_pass() plans a pass over a store in shards, as join_parts() has made it. Each part reads the
 // last commit, also what other shards have at its cuts, and makes the attribute's shard of the next
-// version; join_parts() commits this version. Several iterations of a pass are as many plans, or
-// one in which each part also computes the iterations before the last one around its cuts.
+// version; join_parts() commits this version. For n iterations make n plans, one after another.
 #pragma once
 
 #include <cstdint>
@@ -75,16 +74,12 @@ struct PlannedPart {
   double seconds = 0;
 };
 
-/// A plan has at most so many iterations of a pass.
-inline constexpr std::uint32_t kMostIterations = 1000;
-
 /// The pass that a plan cuts.
 struct PlannedPass {
   std::filesystem::path store;  ///< absolute
   std::uint64_t version = 0;    ///< Store::sequence() of the commit that the parts read
   Pass pass;                    ///< without a kernel
   AttributeSchema result;       ///< the attribute that it makes
-  std::uint32_t iterations = 1;
 };
 
 /// What a plan says.
@@ -106,13 +101,6 @@ struct PassRequest {
   std::filesystem::path store;  ///< in shards
   std::filesystem::path plan;   ///< the directory to make
   Pass pass;                    ///< its kernel is not called
-  /// The result is, bit by bit, that of so many plans one after another: each iteration reads what
-  /// the one before made. Each part computes the iterations before the last one also in rings of
-  /// base faces around it, in files of its own directory that it removes. The kernel is called for
-  /// each iteration. 1 to kMostIterations, and at most 16 * 2^(levels over the base mesh) + 1.
-  /// More than one only for a pass that replaces the attribute which it reads: not for normals; for
-  /// noise with a diagonal. The result of `pass` must then be in the store.
-  std::uint32_t iterations = 1;
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   int threads = 1;  ///< that measure the diagonal for noise, if the pass does not name it
   std::function<void()> before_files = {};  ///< as in PartsRequest
@@ -185,7 +173,7 @@ struct JoinResult {
 
 /// Makes `store` of all parts. The files of the parts get a second name there (hard links); where
 /// that cannot be, they are copied. The plan stays as it is. After an error no store is left.
-/// Errors: those of PartialStore; kCorruption for a damaged plan; kCancelled; kIo, kNoSpace.
+/// Errors: those of UnpublishedStore; kCorruption for a damaged plan; kCancelled; kIo, kNoSpace.
 ///
 /// The parts of a pass become the next version of `store`, which is the store of the plan. One
 /// manifest commits it; readers keep their version. After an error the store has its version. The

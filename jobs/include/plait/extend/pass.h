@@ -30,8 +30,7 @@ PLAIT_BEGIN_NAMESPACE
 /// The computation of a program's own pass: fills attribute `into` for all vertices, by
 /// visit_vertices() with these options. It reads other attributes of the store, and does not change
 /// the store otherwise. In a part, a visit goes over the vertices of the part alone, so what the
-/// kernel collects beside the records is that of the part. In a plan of several iterations, it goes
-/// over those of the part and its halo in all iterations but the last. May throw.
+/// kernel collects beside the records is that of the part. May throw.
 using PassKernel =
     std::function<void(Store& store, const std::string& into, const VisitOptions& options)>;
 

@@ -2,44 +2,24 @@
 // records. Programs use plait/visit_vertices.h.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
-#include "plait/detail/vertex_rings.h"
 #include "plait/extend/level_geometry.h"
 #include "plait/extend/sweep.h"
-#include "plait/progress.h"
 #include "plait/store.h"
+#include "plait/vertex_rings.h"
+#include "plait/visit_options.h"
 
 PLAIT_BEGIN_NAMESPACE
-
-/// How far a visit goes, by how many threads, and who watches it.
-struct VisitOptions {
-  std::string name = "visit";  ///< for errors
-  /// Visits the vertices of levels 0 to `level`. -1: the finest level of the attributes, which must
-  /// then have equally many levels.
-  int level = -1;
-  int threads = 1;  ///< 1 to 1024; 0: all processors
-  /// Counts vertices; called between blocks. Levels that a cancelled visit writes stay unfinished.
-  /// The last call has done == total, and its result does not matter.
-  ProgressCallback progress = {};
-};
-
-/// The memory that a visit needs.
-struct VisitNeeds {
-  std::uint64_t frame_bytes = 0;  ///< of the pager's budget: the smallest budget for the visit
-  /// In addition to the budget: for each attribute whose rings it reads, the grid of an edge for
-  /// each thread, and two records for each base edge.
-  std::uint64_t ring_bytes = 0;
-};
 
 /// One attribute of a visit.
 struct VisitedAttribute {
@@ -58,13 +38,21 @@ class VisitPlan {
   /// records than those of the attribute, for an attribute that is named twice, for levels that an
   /// attribute does not have, and for a number of threads out of range; kBadState for writing to a
   /// store that was opened for reading.
-  VisitPlan(Store& store, const VisitOptions& options, std::vector<VisitedAttribute> attributes);
+  /// The visit leaves out levels that are coarser than `first_level`, also if it reads rings there.
+  VisitPlan(Store& store, const VisitOptions& options, std::vector<VisitedAttribute> attributes,
+            int first_level = 0);
 
   Store& store() const noexcept { return *store_; }
   AttributeId attribute(std::size_t number) const { return attributes_[number].id; }
+  /// The base records of attribute `number`, to be used as the visit uses the attribute. Errors:
+  /// those of Store::base_bytes.
+  std::span<std::byte> base_bytes(std::size_t number) const;
   int threads() const noexcept { return threads_; }
   /// How often the base mesh is refined to reach the finest level of the visit.
   int refinements() const noexcept { return refinements_; }
+  /// The first level over the base mesh that is visited, counted from the base mesh.
+  int first_refinement() const noexcept { return std::max(1, first_refinement_); }
+  bool visits_base() const noexcept { return first_refinement_ <= 0; }
   /// Whether the visit reads the rings of any attribute.
   bool reads_rings() const noexcept { return reads_rings_; }
   /// The run of all vertices of a slot. `refinement` counts from the base mesh.
@@ -125,7 +113,9 @@ class VisitPlan {
 
  private:
   SweepPass pass() const;
-  /// The vertices of the levels that belong to edges before this one.
+  /// The base vertices of the visit.
+  std::uint64_t base_vertices() const;
+  /// The vertices of the levels that belong to edges from the first one of the visit on.
   std::uint64_t vertices_before(std::uint64_t edge) const;
 
   Store* store_;
@@ -133,7 +123,7 @@ class VisitPlan {
   int threads_ = 1;
   std::vector<VisitedAttribute> attributes_;
   Topology mesh_;
-  int level_ = 0, refinements_ = 0;
+  int level_ = 0, refinements_ = 0, first_refinement_ = 0;
   bool reads_rings_ = false;
   std::vector<LevelGeometry> numbers_;  ///< [refinement - 1] as if records had one byte
   std::optional<std::vector<VertexId>> own_vertices_;  ///< in the store of one part

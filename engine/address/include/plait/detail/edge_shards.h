@@ -14,7 +14,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
-/// A store has at most so many shards.
+/// The most shards of a store.
 inline constexpr std::uint64_t kMostShards = std::uint64_t{1} << 20;
 
 /// Immutable, cheap to copy, and safe from any number of threads.

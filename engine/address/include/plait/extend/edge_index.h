@@ -88,7 +88,7 @@ constexpr std::int64_t slot_position(int level, SlotShape shape, std::int64_t ro
 struct SlotPoint {
   std::int64_t row = 0, column = 0;
 };
-/// The inverse of slot_position(). REQUIRES: the slot has so many records.
+/// The inverse of slot_position(). REQUIRES: the slot has a record at `position`.
 constexpr SlotPoint slot_point(int level, SlotShape shape, std::int64_t position) {
   const std::int64_t n = slot_side(level);
   if (shape != SlotShape::kHalf) return {position / n, position % n};

@@ -1,5 +1,5 @@
-// plait/detail/level_file.h: an open level of one attribute, and the record of which levels are
-// unfinished.
+// plait/detail/level_file.h: an open level of one attribute, and the record of which levels and
+// base records are unfinished.
 #pragma once
 
 #include <atomic>
@@ -25,9 +25,21 @@ enum class Access : std::uint8_t {
   kUpdate,     ///< reads it and then changes it
 };
 
+/// Whether the records of a level, or the base records of an attribute, are those of one moment.
+/// What is not finished must not be read or committed (StoreAccess::check_readable).
+struct WrittenRecords {
+  /// Whether all passes that wrote to the records have finished.
+  bool is_finished() const noexcept { return !left_unfinished && passes_under_way == 0; }
+  /// Set by UnfinishedLevels, PinnedBlock::abandon() and patches.
+  std::atomic<bool> left_unfinished = false;
+  std::atomic<std::uint32_t> passes_under_way = 0;  ///< counted by UnfinishedLevels
+  /// For messages: a face that a PatchWriter left out. Passes that begin forget it.
+  std::uint32_t first_missing_face = kNoId;
+};
+
 /// One open level of one attribute. Not movable, because the backend has references to its members.
 /// A const level can only be read; blocks are pinned for writing through a level that is not const.
-struct LevelFile {
+struct LevelFile : WrittenRecords {
   LevelGeometry geometry;
   BlockTable table;
   std::filesystem::path path;
@@ -36,9 +48,6 @@ struct LevelFile {
   BackendTraits traits;
   Pipeline pipeline = {};  ///< how the backend encodes blocks
   bool writable = true;    ///< false if the level was opened for reading
-  /// [block] it has slots that no pass writes, so a pass that overwrites the level reads it first.
-  /// Empty: there is no such block.
-  std::vector<bool> partly_written = {};
   /// Other levels were encoded with the help of this one (Backend::context), so it can no longer be
   /// changed: they would decode to wrong records.
   mutable std::atomic<bool> is_fixed = false;
@@ -47,15 +56,6 @@ struct LevelFile {
   // For use by the pager only:
   std::uint32_t pager_slot = kNoId;
   const std::atomic<Frame*>* frames = nullptr;  ///< [block] its frame or nullptr
-
-  /// Whether all passes that wrote to the level have finished. A level that is not finished must
-  /// not be read or committed (StoreAccess::check_readable).
-  bool is_finished() const noexcept { return !left_unfinished && passes_under_way == 0; }
-  /// Set by UnfinishedLevels, PinnedBlock::abandon() and patches.
-  std::atomic<bool> left_unfinished = false;
-  std::atomic<std::uint32_t> passes_under_way = 0;  ///< counted by UnfinishedLevels
-  /// For messages: a face that a PatchWriter left out. Passes that begin forget it.
-  std::uint32_t first_missing_face = kNoId;
 };
 
 /// Whether blocks of the level may need blocks of other levels (Backend::context).
@@ -68,10 +68,10 @@ void check_not_encoded_from_each_other(std::span<const LevelFile* const> written
 /// Throws kBadState for a level that is fixed. The message names the ways to change its records.
 void check_not_fixed(const LevelFile& level);
 
-/// Marks levels as unfinished while a pass writes to them, from add() to finish(). If finish() is
-/// not called, for example after an error, the levels stay unfinished until a pass has overwritten
-/// each of them as a whole. The executors use one object for each pass. A program that changes a
-/// level in several passes, or through pins, uses one object around all of them. Threads: one
+/// Marks levels and base records as unfinished while a pass writes to them, from add() to finish().
+/// If finish() is not called, for example after an error, they stay unfinished until a pass has
+/// overwritten each of them as a whole. The executors use one object for each pass. A work of
+/// several passes, or one that writes through pins, has one object around all of them. Threads: one
 /// (docs/threads.md).
 class UnfinishedLevels {
  public:
@@ -83,14 +83,16 @@ class UnfinishedLevels {
   /// backend learns that all blocks will be written (Advice::kOverwrite). The level must outlive
   /// this object. Errors: kBadState as check_not_fixed().
   void add(LevelFile& level, Access access);
+  /// The same for base records: StoreAccess::base_records_of().
+  void add_base(WrittenRecords& records, Access access);
   void finish() noexcept;
 
  private:
   struct Added {
-    LevelFile* level;
+    WrittenRecords* records;
     Access access;
   };
-  std::vector<Added> levels_;
+  std::vector<Added> added_;
 };
 
 PLAIT_END_NAMESPACE

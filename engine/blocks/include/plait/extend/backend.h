@@ -217,6 +217,16 @@ struct LevelSpec {
   std::filesystem::path path() const { return directory.path_of(name); }
 };
 
+/// A level that will be opened.
+struct FutureLevel {
+  LevelGeometry geometry;
+  AttributeSchema schema;
+  Pipeline pipeline;
+  std::uint32_t attribute = 0;  ///< its number
+  int level = 0;
+  const LevelSurroundings* surroundings = nullptr;  ///< as they are now
+};
+
 /// How a volume is opened.
 struct VolumeSpec {
   /// The part of the store's budget that the volume may use, and the number of threads that call it
@@ -236,6 +246,12 @@ class Volume {
   /// The most memory that all levels together use in addition to frames, at most
   /// VolumeSpec::most_scratch_bytes. It grows with the block size of the opened levels.
   virtual std::uint64_t scratch_bytes() const noexcept { return 0; }
+  /// The most that scratch_bytes() is while these levels, too, are opened one after another. So
+  /// work that its budget cannot hold is refused before it begins.
+  virtual std::uint64_t scratch_bytes_with(std::span<const FutureLevel> levels) const {
+    static_cast<void>(levels);
+    return scratch_bytes();
+  }
   /// The store calls this after version `sequence` is committed; all blocks written so far are part
   /// of that version. `held` are the older versions that readers have open, in ascending order. The
   /// backend must not overwrite blocks of these versions.

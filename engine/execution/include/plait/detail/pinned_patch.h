@@ -25,6 +25,8 @@ class PinnedPatch {
   /// `share_bytes` is the share of the budget. The stencil of the current face is pinned even if it
   /// takes more.
   PinnedPatch(Store& store, AttributeId attribute, Reach reach, std::uint64_t share_bytes);
+  /// An exception that ends the walk leaves what the program writes to unfinished.
+  ~PinnedPatch();
   PinnedPatch(const PinnedPatch&) = delete;
   PinnedPatch& operator=(const PinnedPatch&) = delete;
 
@@ -35,6 +37,8 @@ class PinnedPatch {
   /// kBadState for an unfinished level, and for writing to a store that was opened for reading;
   /// kBusy for writing while the store has readers or views.
   void activate(int readable, int first_writable, int last_writable);
+  /// Tells that the program changes the base records too.
+  void change_base_records();
   /// Makes `face` the current face. Errors: those of Session::pin_many.
   void enter(FaceId face);
   const PatchTable& table() const { return table_; }
@@ -53,7 +57,10 @@ class PinnedPatch {
   AttributeId attribute_;
   Reach reach_;
   std::uint64_t share_bytes_;
+  WrittenRecords* base_written_;
   Topology topology_;
+  bool changes_base_records_ = false;
+  int exceptions_;                 ///< that were under way when the walk began
   std::optional<StorePass> walk_;  ///< from the first activate() on
   Session session_;
   std::vector<PinnedLevel> levels_;  ///< [refinements of the base mesh - 1]

@@ -59,7 +59,10 @@ class StorePatches {
 
   const Topology& topology() const { return topology_; }
   /// To be changed. Errors: kBadState if the store was opened for reading.
-  std::span<Record> base_records() const { return store_->base_records<Record>(attribute_); }
+  std::span<Record> base_records() const {
+    pinned_->change_base_records();
+    return store_->base_records<Record>(attribute_);
+  }
   /// See PinnedPatch::activate.
   void activate(int readable, int first_writable, int last_writable) {
     pinned_->activate(readable, first_writable, last_writable);

@@ -76,6 +76,9 @@ struct SweepPass {
 struct SweepOptions {
   int threads = 1;                 ///< 1 to 1024; 0: all processors (plait/extend/thread_count.h)
   ProgressCallback progress = {};  ///< counts edges that are done; called between blocks
+  /// Called when nothing can refuse the pass any more, before its first change: a work of which the
+  /// pass is the first step marks there what it writes (UnfinishedLevels). May be empty.
+  std::function<void()> begins = {};
 };
 
 /// The most bytes of frames that the pass pins at once. This is the smallest budget for the pass.

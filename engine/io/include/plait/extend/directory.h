@@ -83,7 +83,7 @@ class Directory {
 
   /// Makes the names in the directory durable. Errors: kIo.
   void sync() const;
-  /// Takes a lock with flock, as File::lock does. Errors: kIo.
+  /// Takes a lock with flock, as File::lock does. Errors: as there.
   bool lock(bool exclusive) const;
 
  private:

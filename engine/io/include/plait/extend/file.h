@@ -56,12 +56,12 @@ class File {
   std::uint64_t size() const;
   void resize(std::uint64_t bytes);
   /// Allocates the first `bytes` bytes on the disk (posix_fallocate), so that a full disk is an
-  /// error now and not during a later write.
+  /// error now and not during a later write. Does nothing where the file system cannot allocate.
   void preallocate(std::uint64_t bytes);
   void sync();
   /// Takes a lock with flock. The operating system releases the lock when the last descriptor of
   /// this open file closes, also when the process is killed. Returns false if another lock
-  /// conflicts. Errors: kIo.
+  /// conflicts. Errors: kIo; kNotSupported if the file system has no locks.
   bool lock(bool exclusive);
   /// Closes the file and throws if that fails. The destructor closes too, but cannot report an
   /// error.

@@ -47,7 +47,8 @@ struct StoreCheck {
   StoreOptions options;        ///< as the manifest says
   Provenance provenance;
   std::vector<AttributeInfo> attributes;
-  BaseMesh base;  ///< empty if base.mesh is damaged
+  BaseMesh base;           ///< empty if base.mesh is damaged
+  bool in_shards = false;  ///< the levels are in shards
   std::vector<DamagedFile> damaged;
   std::vector<std::string> left_over;  ///< names in the directory that no version refers to
   std::vector<std::string> notes;      ///< harmless faults, such as a bad manifest slot

@@ -42,7 +42,6 @@
 #include <memory>
 
 #include "plait/detail/namespace.h"
-#include "plait/extend/budget.h"
 #include "plait/extend/session.h"
 #include "plait/extend/store_event.h"
 
@@ -56,11 +55,8 @@ class Pager {
 
   /// `io_threads` threads prefetch blocks and write dirty ones. With 0, each transfer runs in the
   /// thread that needs it.
-  /// `budget_bytes` are a part of `shared`, if that is given, which lends more memory for frames.
   /// `events` hears of evictions and slow reads.
-  /// Errors: those of Budget::join.
-  explicit Pager(std::uint64_t budget_bytes, int io_threads = 1,
-                 std::shared_ptr<Budget> shared = nullptr, StoreEvents events = {});
+  explicit Pager(std::uint64_t budget_bytes, int io_threads = 1, StoreEvents events = {});
   ~Pager();
   Pager(const Pager&) = delete;
   Pager& operator=(const Pager&) = delete;

@@ -5,13 +5,12 @@
 // While a thread calls another one, no other thread may use the store (docs/threads.md).
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plait/detail/namespace.h"
@@ -52,49 +51,6 @@ struct EdgeRange {
   EdgeId first = 0, after = 0;
 };
 
-/// The edges that a pass works on, ascending: those of a range, or those of a list.
-class PassEdges {
- public:
-  explicit PassEdges(EdgeRange range) : range_(range) {}
-  /// REQUIRES: `list` ascends, is not empty, and outlives this object.
-  explicit PassEdges(std::span<const EdgeId> list) : list_(list) {}
-
-  EdgeId size() const {
-    return list_.empty() ? range_.after - range_.first : static_cast<EdgeId>(list_.size());
-  }
-  /// REQUIRES: at < size().
-  EdgeId operator[](EdgeId at) const { return list_.empty() ? range_.first + at : list_[at]; }
-  bool contains(EdgeId edge) const {
-    return list_.empty() ? edge >= range_.first && edge < range_.after
-                         : std::binary_search(list_.begin(), list_.end(), edge);
-  }
-  /// The position after the edges that are less than `span` after edge [at]. So edges whose blocks
-  /// are far from each other are not together in [at, end_of_run()).
-  EdgeId end_of_run(EdgeId at, EdgeId span) const {
-    if (list_.empty()) return at + std::min(span, size() - at);
-    const auto first = list_.begin() + at;
-    const auto most = first + std::min<std::ptrdiff_t>(span, list_.end() - first);
-    return at +
-           static_cast<EdgeId>(std::partition_point(
-                                   first, most, [&](EdgeId edge) { return edge - *first < span; }) -
-                               first);
-  }
-  /// Calls visit(EdgeRange) for the runs of edges without gaps at the positions [first, after).
-  template <class Visit>
-  void for_each_range(EdgeId first, EdgeId after, Visit visit) const {
-    for (EdgeId at = first; at < after;) {
-      EdgeId end = list_.empty() ? after : at + 1;
-      while (end < after && list_[end] == list_[end - 1] + 1) ++end;
-      visit(EdgeRange{(*this)[at], (*this)[at] + (end - at)});
-      at = end;
-    }
-  }
-
- private:
-  EdgeRange range_;
-  std::span<const EdgeId> list_;
-};
-
 /// The parts of a store that work on levels and blocks. All functions are static.
 class StoreAccess {
  public:
@@ -122,19 +78,45 @@ class StoreAccess {
   static bool is_encoded_from_others(const Store& store, AttributeId attribute, int level);
 
   /// Throws kBadState if the level is unfinished (plait/detail/level_file.h): its records are those
-  /// of no moment. A pass may read levels that the work around it has begun, unless another pass is
-  /// under way (`within_work`); readers may not.
+  /// of no moment. Level base_level() are the base records. A pass may read levels that the work
+  /// around it has begun, unless another pass is under way (`within_work`); readers may not.
   static void check_readable(const Store& store, AttributeId attribute, int level,
                              bool within_work = false);
 
   /// Errors: those that a call has which removes or adds attributes and levels. Changes nothing.
   static void check_changeable(const Store& store, std::string_view verb);
-  /// The base records of an attribute as they were before subdivide() made its levels, for the work
-  /// that makes the levels again; empty if they are not known. Every change of the store by another
-  /// call empties it.
-  static std::vector<std::byte>& records_before_levels(Store& store, AttributeId attribute);
-  /// Removes the levels that are finer than `finest_level`. Errors: as Store::remove_attribute().
-  static void remove_levels(Store& store, AttributeId attribute, int finest_level);
+  /// Whether the base records of the attribute are finished, for UnfinishedLevels::add_base().
+  static WrittenRecords& base_records_of(Store& store, AttributeId attribute);
+  /// The base records for a pass that writes them: Store::base_bytes(), which with kOverwrite are
+  /// also given if they are unfinished.
+  static std::span<std::byte> base_bytes(Store& store, AttributeId attribute, Access access) {
+    return store.base_bytes_for(attribute, access);
+  }
+
+  /// The levels of an attribute that a work will make: of attribute `id`, or of one that it adds
+  /// (kNoId).
+  struct NewLevels {
+    AttributeSchema schema;
+    AttributeId id;
+    int first_level, last_level;
+  };
+  /// The part of the budget that is for frames at any time while these levels are added: the rest
+  /// is what the backend keeps for itself. `planned`: plan_levels() is called before, with this
+  /// provenance.
+  static std::uint64_t frame_budget_with(const Store& store, std::span<const NewLevels> levels,
+                                         const Provenance* planned = nullptr);
+
+  /// Adds an attribute that gets its name only in the end, by name_replacement(). Until then it has
+  /// a name that no program can give, and its levels are made as those of the name that it gets.
+  /// Errors: as Store::add_attribute(), but the name may be taken.
+  static AttributeId add_replacement(Store& store, AttributeSchema schema) {
+    return store.add(std::move(schema), true);
+  }
+  /// Gives the replacement its name, and removes the attribute that has it. Errors: as
+  /// Store::replace_attribute().
+  static void name_replacement(Store& store, AttributeId replacement);
+  /// The name that the replacement for `name` has until then.
+  static std::string name_until_named(std::string_view name);
 
   /// Throws kInvalidArgument if the attribute has another type. The message names both types.
   static void check_type(const Store& store, AttributeId attribute, ComponentType type,
@@ -147,11 +129,8 @@ class StoreAccess {
   static Session open_session(const Store& store, const SessionOptions& options = {}) {
     return store.open_session(options);
   }
-  /// The edges that have slots in the levels that a pass makes: all, but in the store of one part.
+  /// The edges whose slots a pass makes: all, but in the store of one part.
   static EdgeRange edges(const Store& store);
-  /// The edges whose slots a sweep makes: edges(), but also those of the halo while the store of
-  /// one part makes what only that part reads. Valid until that changes.
-  static PassEdges pass_edges(const Store& store);
   /// The base vertices whose records a pass makes, ascending; nothing for all, as in every store
   /// but that of one part.
   static std::optional<std::vector<VertexId>> own_vertices(const Store& store);

@@ -1,2 +1,0 @@
-// CMake needs at least one source for a target with precompiled headers.
-#include <nlohmann/json.hpp>

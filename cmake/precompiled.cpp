@@ -1,0 +1,1 @@
+// CMake needs a source for a target whose precompiled headers others reuse.

@@ -1,0 +1,193 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <string>
+#include <vector>
+
+#include "export/format_writers.h"
+#include "export/gltf_document.h"
+#include "export/gltf_survey.h"
+#include "plait/extend/vertex_numbering.h"
+#include "plait/reader.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "numbers are written to the file without conversion");
+
+constexpr std::size_t kChunkHeaderBytes = 8, kGlbHeaderBytes = 12;
+
+class GltfWriter {
+ public:
+  GltfWriter(const ExportTask& task, const GltfDocument& document, const GltfPlacement& placement,
+             OutputStream& output)
+      : task_(task),
+        document_(document),
+        placement_(placement),
+        output_(output),
+        bounds_(document.group_count(), no_bounds()) {}
+
+  void write() {
+    write_indices();
+    std::vector<std::string> names;
+    for (const GltfColumn& column : document_.columns())
+      names.push_back(task_.schema(column.attribute).name);
+    const Reader reader(task_.store, {.attributes = names, .policy = EvictionPolicy::kLayoutOrder});
+    for (const GltfColumn& column : document_.columns()) write_column(reader, column);
+  }
+  std::span<const GltfBounds> bounds() const { return bounds_; }
+  /// The most that a coordinate was moved by.
+  double position_error() const { return position_error_; }
+
+ private:
+  template <class Index>
+  void write_indices_as() {
+    const std::int64_t size = std::int64_t{1} << task_.patches.refinements();
+    for (std::uint64_t patch = 0; patch < document_.patches_of_group(); ++patch)
+      for_each_triangle(task_.patches.refinements(), [&](const std::array<FacePoint, 3>& corners) {
+        std::array<Index, 3> triangle{};
+        for (std::size_t corner = 0; corner < 3; ++corner)
+          triangle[corner] = static_cast<Index>(
+              patch * document_.patch_vertices() +
+              static_cast<std::uint64_t>(patch_vertex(size, corners[corner].i, corners[corner].j)));
+        output_.write(std::as_bytes(std::span(triangle)));
+      });
+    const std::uint64_t bytes = document_.patches_of_group() * 3 * sizeof(Index)
+                                << (2 * task_.patches.refinements());
+    output_.write(std::string_view("\0\0\0", (4 - bytes % 4) % 4));
+  }
+  void write_indices() {
+    if (document_.index_bytes() == 2)
+      write_indices_as<std::uint16_t>();
+    else
+      write_indices_as<std::uint32_t>();
+  }
+
+  void write_column(const Reader& reader, const GltfColumn& column) {
+    const AttributeSchema& schema = task_.schema(column.attribute);
+    const std::size_t bytes = schema.record_bytes();
+    std::vector<std::byte> records, numbers;
+    for (std::uint64_t number = 0; number < document_.group_count(); ++number) {
+      const std::span<const FaceId> faces = document_.group(number);
+      const std::size_t count = faces.size() * document_.patch_vertices();
+      records.resize(count * bytes);
+      reader.copy_patches(schema.name, faces, task_.level, records);
+      numbers.assign(count * column.stride, std::byte{0});
+      for (std::size_t at = 0; at < count; ++at) {
+        const GltfVector point = convert_record(
+            std::span(records).subspan(at * bytes, bytes), schema.type, column, placement_,
+            std::span(numbers).subspan(at * column.stride, column.stride), position_error_);
+        if (column.attribute == task_.position) extend(bounds_[number], point);
+      }
+      output_.write(numbers);
+      const std::uint64_t steps = document_.group_count() * document_.columns().size();
+      task_.progress((task_.vertices() + task_.triangles()) * ++done_ / steps);
+    }
+  }
+
+  const ExportTask& task_;
+  const GltfDocument& document_;
+  const GltfPlacement& placement_;
+  OutputStream& output_;
+  std::vector<GltfBounds> bounds_;
+  std::uint64_t done_ = 0;
+  double position_error_ = 0;
+};
+
+void append_word(std::string& bytes, std::uint64_t word) {
+  const auto narrow = static_cast<std::uint32_t>(word);
+  bytes.append(reinterpret_cast<const char*>(&narrow), sizeof(narrow));
+}
+
+/// A name of a file in the text of the other one: a URI, so other characters are percent-encoded.
+std::string uri_of(std::string_view name) {
+  std::string uri;
+  for (const char c : name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.' || c == '~';
+    uri += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return uri;
+}
+
+/// What the file has in another way than the store, or not at all.
+void warn_of(const ExportTask& task, const GltfSurvey& found) {
+  const auto warn = [&](std::uint64_t count, std::string_view what) {
+    if (count > 0)
+      task.warn(fmt::format("export {}: {} of {} vertices have {}", task.store.path().native(),
+                            count, task.vertices(), what));
+  };
+  warn(found.normals_without_direction,
+       "a normal without direction, and glTF files have normals of length 1 only, so the file has "
+       "no normals; .ply and .vtp files keep them");
+  if (found.normals_without_direction == 0)
+    warn(found.normals_scaled,
+         "a normal of another length than 1, which the file has with length 1; .ply and .vtp files "
+         "keep it");
+  warn(found.colors_clamped,
+       "a colour outside 0 to 1, which the file has clamped; .ply and .vtp files keep it");
+}
+
+/// One file: a header, the text, and the numbers. The text has the bounds of the groups, which are
+/// known when all numbers are written, so its place is kept.
+void write_glb(const GltfDocument& document, const GltfPlacement& placement, const ExportTask& task,
+               File& file, GltfOutcome& outcome) {
+  const std::size_t text_bytes = (document.most_text_bytes({}) + 3) / 4 * 4;
+  const std::size_t before = kGlbHeaderBytes + kChunkHeaderBytes + text_bytes;
+  OutputStream output(file, StreamCompression::kNone);
+  output.write(std::string(before + kChunkHeaderBytes, ' '));
+  GltfWriter writer(task, document, placement, output);
+  writer.write();
+  output.close();
+  std::string head = "glTF";
+  append_word(head, 2);
+  append_word(head, output.file_bytes());
+  append_word(head, text_bytes);
+  head += "JSON" + document.text(writer.bounds(), {});
+  head.resize(before, ' ');
+  append_word(head, document.total_bytes());
+  head += std::string_view("BIN\0", 4);
+  file.write_at(0, std::as_bytes(std::span(head)));
+  outcome.file_bytes = output.file_bytes();
+  outcome.position_error = writer.position_error();
+}
+
+/// A text, and the numbers in a file beside it.
+void write_two_files(const GltfDocument& document, const GltfPlacement& placement,
+                     const ExportTask& task, OutputFiles& files, GltfOutcome& outcome) {
+  OutputStream output(files.add(".bin"), StreamCompression::kNone);
+  GltfWriter writer(task, document, placement, output);
+  writer.write();
+  output.close();
+  OutputStream text(files.main(), StreamCompression::kNone);
+  text.write(document.text(writer.bounds(), uri_of(files.name_of(".bin"))));
+  text.close();
+  outcome.file_bytes = output.file_bytes() + text.file_bytes();
+  outcome.position_error = writer.position_error();
+}
+
+}  // namespace
+
+GltfOutcome write_gltf_level(const ExportTask& task, OutputFiles& files) {
+  GltfPlacement placement;
+  placement.z_up = task.request.up == "z";
+  placement.lattice = task.request.quantize;
+  placement.moves = placement.lattice || task.schema(task.position).type == ComponentType::kFloat64;
+  GltfDocument document(task, placement,
+                        true);  // refuses what is too large before anything is read
+  const GltfSurvey found = survey(task, document.columns(), placement);
+  warn_of(task, found);
+  GltfOutcome outcome;
+  outcome.without_normals = found.normals_without_direction > 0;
+  if (outcome.without_normals) document = GltfDocument(task, placement, false);
+  outcome.vertices = document.vertices();
+  if (task.format == MeshFormat::kGlb)
+    write_glb(document, placement, task, files.main(), outcome);
+  else
+    write_two_files(document, placement, task, files, outcome);
+  return outcome;
+}
+
+PLAIT_END_NAMESPACE

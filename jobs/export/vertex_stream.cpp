@@ -1,0 +1,97 @@
+#include "export/vertex_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "paging/level_cursor.h"
+#include "plait/extend/store_access.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr std::size_t kBaseRecordsAtOnce = 1024;
+
+using Bytes = std::vector<std::byte>;
+
+void append(Bytes& to, std::span<const std::byte> records) {
+  to.insert(to.end(), records.begin(), records.end());
+}
+
+void stream_base(Store& store, std::span<const AttributeId> attributes,
+                 std::span<const VertexId> vertices, const VertexSink& sink) {
+  std::vector<Bytes> gathered(attributes.size());
+  std::vector<std::span<const std::byte>> records(attributes.size());
+  while (!vertices.empty()) {
+    const std::size_t count = std::min(kBaseRecordsAtOnce, vertices.size());
+    for (std::size_t i = 0; i < attributes.size(); ++i) {
+      const std::size_t bytes = store.attributes()[attributes[i]].schema.record_bytes();
+      const std::span<const std::byte> base = std::as_const(store).base_bytes(attributes[i]);
+      gathered[i].clear();
+      for (const VertexId vertex : vertices.first(count))
+        append(gathered[i], base.subspan(vertex * bytes, bytes));
+      records[i] = gathered[i];
+    }
+    sink(records, count);
+    vertices = vertices.subspan(count);
+  }
+}
+
+/// The half of a whole slot that one of its faces has, in the frame of this face.
+void cut_half(std::span<const std::byte> whole, std::size_t bytes, int refinement, bool own,
+              Bytes& half) {
+  const auto n = static_cast<std::size_t>(slot_side(refinement));
+  half.clear();
+  for (std::size_t row = 0; row < n; ++row) {
+    if (own) {
+      append(half, whole.subspan(row * n * bytes, (n - row) * bytes));
+      continue;
+    }
+    for (std::size_t column = 0; column < n - row; ++column)
+      append(half, whole.subspan((n * n - 1 - row * n - column) * bytes, bytes));
+  }
+}
+
+void stream_level(Store& store, std::span<const AttributeId> attributes,
+                  const PatchSelection& patches, int refinement, const VertexSink& sink) {
+  const int level = store.base_level() + refinement;
+  std::vector<LevelCursor> cursors;
+  for (const AttributeId attribute : attributes)
+    cursors.emplace_back(StoreAccess::open_session(store),
+                         StoreAccess::level_file(store, attribute, level));
+  std::vector<Bytes> halves(attributes.size());
+  std::vector<std::span<const std::byte>> records(attributes.size());
+  const auto edges = static_cast<EdgeId>(store.base().edge_count());
+  for (EdgeId edge = 0; edge < edges; ++edge) {
+    const SlotShape shape = patches.shape(edge);
+    if (shape == SlotShape::kAbsent) continue;
+    for (std::size_t i = 0; i < cursors.size(); ++i) {
+      const LocatedSlot slot = cursors[i].slot(edge);
+      records[i] = slot.bytes;
+      if (slot.shape == shape) continue;
+      cut_half(slot.bytes, cursors[i].geometry().record_bytes(), refinement,
+               patches.has_own_face(edge), halves[i]);
+      records[i] = halves[i];
+    }
+    sink(records, records[0].size() / cursors[0].geometry().record_bytes());
+  }
+}
+
+}  // namespace
+
+void stream_vertices(Store& store, std::span<const AttributeId> attributes,
+                     const PatchSelection& patches, const VertexSink& sink) {
+  stream_base(store, attributes, patches.base_vertices(), sink);
+  for (int refinement = 1; refinement <= patches.refinements(); ++refinement)
+    stream_level(store, attributes, patches, refinement, sink);
+}
+
+void stream_vertices(Store& store, std::span<const AttributeId> attributes, int level,
+                     const VertexSink& sink) {
+  stream_vertices(
+      store, attributes,
+      PatchSelection(store.base(), relative_to_base(level, store.base_level()).refinements,
+                     all_faces(store.base())),
+      sink);
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,41 @@
+// What a subdivision is asked before its first change: whether the store, the options, the
+// pipelines and the budget allow all of it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "plait/detail/namespace.h"
+#include "plait/extend/provenance.h"
+#include "plait/store.h"
+#include "plait/subdivide.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// A store before a subdivision that nothing refuses. Threads: one.
+class SubdivisionStart {
+ public:
+  /// Changes nothing. Errors: those that subdivide() has before its first change.
+  SubdivisionStart(Store& store, const SubdivideOptions& options);
+
+  /// The finest level of positions that the store has.
+  int level() const noexcept { return level_; }
+  /// What the store records of the levels while the work makes them, and in the end.
+  const Provenance& provenance() const noexcept { return provenance_; }
+
+ private:
+  void check_executor(ExecutorKind executor) const;
+  /// Throws kBadState if blocks of new positions are encoded from what the work changes later.
+  void check_pipelines() const;
+  /// Throws kBudget if the frames of the whole work do not fit.
+  void check_budget(ExecutorKind executor) const;
+  std::uint64_t frame_budget(ExecutorKind executor) const;
+
+  const Store& store_;
+  const SubdivideOptions& options_;
+  const AttributeId position_;
+  const int level_;
+  Provenance provenance_;
+};
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,37 @@
+"""Numbers that a program gives, as the dtype of an attribute."""
+
+import numpy as np
+
+from .errors import InvalidArgument
+
+
+def type_name(dtype, known):
+    """The name of a dtype that is one of `known`."""
+    try:
+        name = np.dtype(dtype).newbyteorder("<").str
+    except TypeError:
+        name = repr(dtype)
+    if name not in known:
+        raise InvalidArgument(f"dtype: expected one of {', '.join(known)}, found {name}")
+    return name
+
+
+def fitted(what, records, dtype):
+    """The records as this dtype, if that loses no kind of number: float64 may become float32, but 1.5
+    no integer; and a whole number that the dtype does not have is refused."""
+    given = np.asarray(records)
+    if given.dtype == dtype:
+        return given
+    whole = given.dtype.kind in "iu" and dtype.kind in "iu"
+    if not whole and not np.can_cast(given.dtype, dtype, "same_kind"):
+        raise InvalidArgument(f"{what}: expected {dtype}, found {given.dtype}")
+    if whole and given.size:
+        allowed, low, high = np.iinfo(dtype), int(given.min()), int(given.max())
+        if low < allowed.min or high > allowed.max:
+            raise InvalidArgument(f"{what}: expected {allowed.min} to {allowed.max} ({dtype}), found "
+                                  f"{low if low < allowed.min else high}")
+    try:
+        with np.errstate(over="raise"):
+            return given.astype(dtype)
+    except FloatingPointError:
+        raise InvalidArgument(f"{what}: a number is too large for {dtype}") from None

@@ -1,0 +1,76 @@
+// Stores on file systems without locks.
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <filesystem>
+#include <string>
+
+#include "plait/error.h"
+#include "plait/extend/notices.h"
+#include "plait/registry.h"
+#include "plait/store.h"
+#include "support/answering_operations.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+Store made_store(const fs::path& path) {
+  StoreOptions options;
+  options.backend = "pread";
+  Store store = Store::create(path, BaseMesh::build(tetrahedron()), options, default_backends());
+  store.add_level(store.add_attribute(schema_of<float>("value")));
+  store.commit();
+  return store;
+}
+
+void commit_another(Store& store) {
+  store.set_text("title", std::to_string(store.sequence()));
+  store.commit();
+}
+
+}  // namespace
+
+TEST_CASE("StoreWithoutLocks_IsReadAndWrittenAndSaysWhatIsMissing") {
+  for (const int error : {ENOLCK, ENOSYS, EOPNOTSUPP}) {
+    const TemporaryDirectory here;
+    const fs::path path = here.path() / "s.plait";
+    const AnsweringOperations hook(FileOperation::Kind::kLock, error);
+    CAPTURE(error);
+    {
+      Store writer = made_store(path);
+      REQUIRE(notices(writer).size() == 1);
+      CHECK_THAT(notices(writer)[0], Catch::Contains("has no locks"));
+      const Store reader = Store::open(path, {}, default_backends());
+      CHECK(notices(reader).empty());
+      for (int commits = 0; commits < 3; ++commits) commit_another(writer);
+      CHECK(reader.sequence() == 1);
+    }
+    // A reader on another machine may need any of them.
+    for (const char* name : {"version.1", "version.2", "version.3", "version.4"})
+      CHECK(fs::exists(path / name));
+    Store again = Store::open(path, {.writable = true}, default_backends());
+    CHECK(notices(again).size() == 1);
+    commit_another(again);
+    CHECK(fs::exists(path / "version.1"));
+  }
+}
+
+TEST_CASE("StoreWithLocks_AfterOneWithout_RemovesOldVersions") {
+  const TemporaryDirectory here;
+  const fs::path path = here.path() / "s.plait";
+  {
+    const AnsweringOperations hook(FileOperation::Kind::kLock, ENOLCK);
+    Store writer = made_store(path);
+    for (int commits = 0; commits < 3; ++commits) commit_another(writer);
+  }
+  REQUIRE(fs::exists(path / "version.1"));
+  Store writer = Store::open(path, {.writable = true}, default_backends());
+  CHECK(notices(writer).empty());
+  CHECK_FALSE(fs::exists(path / "version.1"));
+  CHECK(writer.sequence() == 4);
+}
+
+}  // namespace plait::test
