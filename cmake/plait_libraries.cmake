@@ -12,7 +12,7 @@ foreach(part IN LISTS plait_parts)
   list(APPEND plait_link_libraries ${linked})
 endforeach()
 list(REMOVE_DUPLICATES plait_link_libraries)
-list(FILTER plait_link_libraries EXCLUDE REGEX "plait_(engine|backends|kernels|scans|jobs|c|build_rules)|headers$")
+list(FILTER plait_link_libraries EXCLUDE REGEX "plait_(engine|backends|kernels|scans|jobs|c|build_rules)|headers$|nlohmann_json")
 
 add_library(plait SHARED)
 add_library(plait_static STATIC)

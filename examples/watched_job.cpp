@@ -26,7 +26,7 @@ int main(int count, char** arguments) try {
 
   const auto start = std::chrono::steady_clock::now();
   const std::chrono::duration<double> most(count > 4 ? std::atof(arguments[4]) : 1e9);
-  plait::SubdivisionWatch watch;
+  plait::JobWatch watch;
   watch.progress = [&](const plait::Progress& now) {
     std::printf("\r%-30.*s %3.0f %%", int(now.phase.size()), now.phase.data(),
                 now.total == 0 ? 0 : 100 * double(now.done) / double(now.total));

@@ -30,17 +30,6 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
-/// The power of two that a unit stands for, or -1.
-int unit_shift(std::string_view unit) {
-  const std::string lower = lower_case(unit);
-  if (lower.empty() || lower == "b") return 0;
-  if (lower == "k" || lower == "kb" || lower == "kib") return 10;
-  if (lower == "m" || lower == "mb" || lower == "mib") return 20;
-  if (lower == "g" || lower == "gb" || lower == "gib") return 30;
-  if (lower == "t" || lower == "tb" || lower == "tib") return 40;
-  return -1;
-}
-
 template <class Number>
 bool parse_whole(std::string_view text, Number& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -48,58 +37,6 @@ bool parse_whole(std::string_view text, Number& value) {
 }
 
 }  // namespace
-
-std::uint64_t parse_size(std::string_view text) {
-  constexpr std::string_view kExpected =
-      "a whole number of bytes below 2^64, such as 65536, 64KiB, 1.5GiB";
-  const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
-  std::uint64_t whole = 0;
-  if (!parse_whole(text.substr(0, digits), whole)) refuse("size", text, kExpected);
-  std::string_view rest = text.substr(digits);
-  std::string_view fraction;
-  if (!rest.empty() && rest.front() == '.') {
-    rest.remove_prefix(1);
-    const std::size_t end = std::min(rest.find_first_not_of("0123456789"), rest.size());
-    fraction = rest.substr(0, end);
-    rest.remove_prefix(end);
-    if (fraction.empty() || fraction.size() > 9) refuse("size", text, kExpected);
-  }
-  if (rest.size() > 1 && rest.front() == ' ') rest.remove_prefix(1);
-  const int shift = unit_shift(rest);
-  if (shift < 0 || whole > (std::numeric_limits<std::uint64_t>::max() >> shift))
-    refuse("size", text, kExpected);
-  std::uint64_t bytes = whole << shift;
-  if (!fraction.empty()) {
-    std::uint64_t numerator = 0, denominator = 1;
-    parse_whole(fraction, numerator);
-    for (std::size_t digit = 0; digit < fraction.size(); ++digit) denominator *= 10;
-    // A product of nine digits and forty bits can exceed 64 bits, so the fraction is first reduced
-    // to lowest terms.
-    const std::uint64_t common = std::gcd(numerator, denominator);
-    if ((std::uint64_t{1} << shift) % (denominator / common) != 0) refuse("size", text, kExpected);
-    bytes += (std::uint64_t{1} << shift) / (denominator / common) * (numerator / common);
-  }
-  return bytes;
-}
-
-std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std::uint64_t last) {
-  std::uint64_t value = 0;
-  if (!parse_whole(text, value) || value < first || value > last)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("expected a whole number from {} to {}, found \"{}\"", first, last, text));
-  return value;
-}
-
-double parse_tolerance(std::string_view text) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number) ||
-      number < 0)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("expected a number of 0 or more, found \"{}\"", text));
-  return number;
-}
 
 PictureSize parse_picture_size(std::string_view text) {
   PictureSize size;

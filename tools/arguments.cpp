@@ -23,14 +23,6 @@ Option* add_size_option(CommandLine& command, const std::string& name, std::uint
       ->default_str(size_text(value));
 }
 
-Option* add_size_option(CommandLine& command, const std::string& name,
-                        std::optional<std::uint64_t>& value, const std::string& description) {
-  return command
-      .add_parsed_option(
-          name, [&value](const std::string& text) { value = parse_size(text); }, description)
-      ->type_name("SIZE");
-}
-
 Option* add_threads_option(CommandLine& command, int& threads, const std::string& description) {
   constexpr int kMostThreads = 1024;
   return add_whole_option(command, "--threads", threads, 1, kMostThreads, description)
@@ -48,22 +40,6 @@ Option* add_weld_option(CommandLine& command, std::optional<double>& tolerance) 
           "Vertices at most so far from each other become one; without a number those of equal "
           "positions")
       ->type_name("[TOLERANCE]");
-}
-
-Option* add_precision_option(CommandLine& command, std::optional<ComponentType>& precision,
-                             const std::string& description) {
-  return command
-      .add_parsed_option(
-          "--precision",
-          [&precision](const std::string& name) {
-            if (name == "auto")
-              precision.reset();
-            else
-              precision = name == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
-          },
-          description)
-      ->one_of({"auto", "float32", "float64"})
-      ->default_str("auto");
 }
 
 Option* add_output_option(CommandLine& command, const std::string& name,
@@ -104,15 +80,6 @@ Option* add_compress_option(CommandLine& command, std::vector<std::string>& text
                   "ATTRIBUTE@LEVELS=...; may be repeated")
       ->allow_extra_args(false)
       ->type_name("PRESET|[FILTER+FILTER,]CODEC[:LEVEL]");
-}
-
-Option* add_max_error_option(CommandLine& command, std::vector<std::string>& texts) {
-  return command
-      .add_option("--max-error", texts,
-                  "Round vertices, by at most this much (see below): of \"position\", or as "
-                  "ATTRIBUTE=...; may be repeated")
-      ->allow_extra_args(false)
-      ->type_name("BOUND[rel][,euclidean]");
 }
 
 PipelinesOf pipelines_of(const std::vector<std::string>& texts) {

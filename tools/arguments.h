@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,9 +17,6 @@ namespace plait {
 /// A size in bytes, parsed by parse_size. `value` must outlive parsing.
 Option* add_size_option(CommandLine& command, const std::string& name, std::uint64_t& value,
                         const std::string& description);
-/// The same for a value that stays empty if the option is not given.
-Option* add_size_option(CommandLine& command, const std::string& name,
-                        std::optional<std::uint64_t>& value, const std::string& description);
 /// A whole number from `first` to `last`, parsed by parse_whole_number.
 template <class Number>
 Option* add_whole_option(CommandLine& command, const std::string& name, Number& value,
@@ -31,9 +27,6 @@ Option* add_threads_option(CommandLine& command, int& threads, const std::string
 Option* add_level_option(CommandLine& command, int& level, const std::string& description);
 /// --weld [TOLERANCE], a number of 0 or more; 0 if it is left out.
 Option* add_weld_option(CommandLine& command, std::optional<double>& tolerance);
-/// --precision auto|float32|float64. Empty for auto.
-Option* add_precision_option(CommandLine& command, std::optional<ComponentType>& precision,
-                             const std::string& description);
 /// A positional argument that names the output. "-" is refused, because commands write no output to
 /// standard output.
 Option* add_output_option(CommandLine& command, const std::string& name,
@@ -45,8 +38,6 @@ Option* add_plugin_option(CommandLine& command, CommandContext& context);
 Option* add_compress_option(CommandLine& command, std::vector<std::string>& texts);
 /// The pipelines that the texts of --compress name. Errors: as Compression::add().
 PipelinesOf pipelines_of(const std::vector<std::string>& texts);
-/// --max-error TEXT, which may be repeated (plait/extend/rounding.h).
-Option* add_max_error_option(CommandLine& command, std::vector<std::string>& texts);
 /// The text about --compress for --help.
 std::string compression_help();
 Option* add_json_option(CommandLine& command, CommandContext& context);

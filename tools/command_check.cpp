@@ -17,7 +17,8 @@
 #include "measure.h"
 #include "mesh/weld.h"
 #include "plait/extend/attributed_mesh.h"
-#include "scan_report.h"
+#include "report_json.h"
+#include "report_text.h"
 
 namespace plait {
 namespace {
@@ -39,7 +40,7 @@ int run_check(const CheckArguments& arguments, const CommandContext& context) {
   if (context.json) {
     const nlohmann::ordered_json report = {
         {"mesh", arguments.mesh.string()},         {"merged_vertices", merged},
-        {"seam_vertices", repaired.seam_vertices}, {"found", repair_json(repaired.list)},
+        {"seam_vertices", repaired.seam_vertices}, {"found", repairs_json(repaired.list)},
         {"repaired", figures_json(figures)},       {"seconds", seconds_since_start()}};
     print(json_text(report));
     return kExitDone;
@@ -59,8 +60,8 @@ int run_check(const CheckArguments& arguments, const CommandContext& context) {
                     clean ? "an oriented manifold"
                           : "not an oriented manifold as it is; remesh "
                             "would repair it:",
-                    repair_text(repaired.list), clean ? "" : "then: ", figures_text(figures), seams,
-                    folded));
+                    repair_text(repairs_json(repaired.list)),
+                    clean ? "" : "then: ", figures_text(figures_json(figures)), seams, folded));
   return kExitDone;
 }
 

@@ -59,7 +59,7 @@ DisplaceOptions displacement(const DisplaceArguments& arguments, ProgressBar& pr
 StoreOptions options_of_copy(const DisplaceArguments& arguments, const Store& source,
                              const BackendRegistry& backends) {
   StoreOptions options = source.options();
-  const CopyChoices choices = choices_of(arguments, "displace", backends);
+  const CopyChoices choices = choices_of(arguments);
   options.backend = choose_backend_of_copy(choices, source, backends).name;
   options.pipeline =
       find_backend_of_copy(choices, options.backend, "displace", backends).default_pipeline;

@@ -3,156 +3,65 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <filesystem>
-#include <memory>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
-#include "arguments.h"
+#include "argument_text.h"
 #include "base/byte_text.h"
-#include "command.h"
-#include "console.h"
-#include "export/export_mesh.h"
-#include "export/part_text.h"
-#include "interrupt.h"
-#include "json_text.h"
-#include "measure.h"
-#include "plait/store.h"
-#include "progress.h"
+#include "job_command.h"
 
 namespace plait {
 namespace {
 
-/// Draws a progress bar, and lets a signal cancel the job.
-ExportResult run_job(const ExportRequest& request, const CommandContext& context) {
-  ProgressBar progress("export", ProgressUnit::kNone);
-  return export_mesh(
-      request, context.open_backends,
-      {.progress = [&](const Progress& now) { return progress.update(now.done, now.total); },
-       .warn =
-           [&](const std::string& warning) {
-             progress.clear();
-             report_warning(warning);
-           },
-       .before_publish = throw_if_interrupted});
-}
-
-int run_export(const ExportRequest& request, const CommandContext& context) {
-  const Stopwatch clock;
-  const ExportResult done = run_job(request, context);
-  if (!context.json) {
-    std::string lost;
-    if (done.position_error > 0)
-      lost = fmt::format(", coordinates off by at most {}", done.position_error);
-    if (!done.left_out.empty()) lost += fmt::format(", without {}", fmt::join(done.left_out, ", "));
-    print(fmt::format("{}: level {}, {} patches, {} vertices, {} triangles, {}{}, {:.2f} s\n",
-                      done.file.native(), done.level, format_count(done.patches),
-                      format_count(done.vertices), format_count(done.triangles),
-                      format_bytes(done.file_bytes), lost, clock.seconds()));
-    return kExitDone;
-  }
-  const nlohmann::ordered_json report = {{"store", request.store.string()},
-                                         {"file", done.file.string()},
-                                         {"level", done.level},
-                                         {"patches", done.patches},
-                                         {"vertices", done.vertices},
-                                         {"faces", done.triangles},
-                                         {"file_bytes", done.file_bytes},
-                                         {"position_error", done.position_error},
-                                         {"left_out", done.left_out},
-                                         {"seconds", clock.seconds()}};
-  print(json_text(report));
-  return kExitDone;
+std::string export_text(const nlohmann::ordered_json& report) {
+  const auto count = [&](const char* name) {
+    return format_count(report[name].get<std::uint64_t>());
+  };
+  std::string lost;
+  if (const auto error = report["position_error"].get<double>(); error > 0)
+    lost = fmt::format(", coordinates off by at most {}", error);
+  if (!report["left_out"].empty())
+    lost += fmt::format(", without {}",
+                        fmt::join(report["left_out"].get<std::vector<std::string>>(), ", "));
+  return fmt::format("{}: level {}, {} patches, {} vertices, {} triangles, {}{}, {:.2f} s\n",
+                     report["file"].get<std::string>(), report["level"].get<int>(),
+                     count("patches"), count("vertices"), count("faces"),
+                     format_bytes(report["file_bytes"].get<std::uint64_t>()), lost,
+                     report["seconds"].get<double>());
 }
 
 }  // namespace
 
 void add_export_command(CommandLine& program, CommandContext& context) {
-  const auto request = std::make_shared<ExportRequest>();
-  CommandLine* command =
-      program.add_subcommand("export", "Write one level of a store as a mesh file");
-  command->add_option("STORE", request->store, "The store")->required();
-  add_output_option(*command, "OUT", request->output,
-                    "The file to make: NAME.(ply|obj|stl|off)[.gz|.zst], "
-                    "NAME.(vtp|pvtp|glb|gltf)")
-      ->required();
-  add_level_option(*command, request->level, "The level; default: the finest");
-  command
-      ->add_option(
-          "--attribute", request->attributes,
-          "Also write this attribute, such as normal; for more, repeat the option or give a,b")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--face-attribute", request->face_attributes,
-          "Also write this attribute of the base faces as one of the triangles (PLY and VTK "
-          "only); for more, repeat the option or give a,b")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_parsed_option(
-          "--box",
-          [request = request.get()](const std::string& text) { request->box = parse_box(text); },
-          "Only patches that reach into this box")
-      ->type_name("X,Y,Z,X,Y,Z");
-  command
-      ->add_parsed_option(
-          "--faces",
-          [request = request.get()](const std::string& text) {
-            request->faces = parse_faces(text);
-          },
-          "Only the patches of these base faces, such as 0,7,20-29")
-      ->type_name("LIST");
-  command->add_flag("--quantize", request->quantize,
-                    "glTF: coordinates in 16 bits and normals in 8 (KHR_mesh_quantization)");
-  command
-      ->add_parsed_option(
-          "--colors",
-          [request = request.get()](const std::string& text) { request->colors = text; },
-          "glTF, whose colours are linear: what the numbers of color are; sRGB is converted. "
-          "Default: srgb for "
-          "integers, linear for floats")
-      ->type_name("srgb|linear");
-  command
-      ->add_parsed_option(
-          "--up", [request = request.get()](const std::string& text) { request->up = text; },
-          "glTF, where y points upwards: the axis of the store that does; z is turned to y")
-      ->type_name("y|z")
-      ->default_str("y");
-  command->add_flag("--narrow", request->narrow, "glTF: write attributes of float64 as float32");
-  command->add_flag("--force", request->replace, "Replace files that exist");
-  add_whole_option(*command, "--pieces", request->pieces, 1, 64,
-                   "PVTP: the number of .vtp files; default: one for 4 million triangles");
-  add_size_option(*command, "--memory", request->budget_bytes, "Budget for blocks in memory");
-  add_plugin_option(*command, context);
-  add_json_option(*command, context);
-  command->footer(
-      "The command needs only the memory of its budget, for any level. The file has base vertices\n"
-      "first, then vertices by level in slot order, then triangles. Vertices of a coarser level\n"
-      "have the positions that the finest level gives them.\n"
-      "  .ply   binary, with every attribute but 64-bit integers: normal as nx ny nz, color as "
-      "red\n"
-      "         green blue alpha, texture as s t, others as NAME or NAME_0 NAME_1 ...; plait "
-      "import\n"
-      "         reads them back\n"
-      "  .obj   can have normals      .stl .off   positions only\n"
-      "  .vtp   VTK and ParaView, with every attribute; .pvtp names several .vtp beside it\n"
-      "  .glb   glTF, up to 2 GiB: patches share their indices, and each has its own vertices.\n"
-      "         NORMAL, COLOR_0, TEXCOORD_0, others of 8 and 16 bits and float32 as _NAME.\n"
-      "         Normals have length 1; positions of float64 are relative to the node's "
-      "translation\n"
-      "  .gltf  the same with the numbers in a .bin beside it\n"
-      "A patch is part of a box if the box meets the bounds of the patch (plait bounds).\n"
-      "\n"
-      "Examples:\n"
-      "  plait export surface.plait surface.ply --attribute normal\n"
-      "  plait export surface.plait coarse.obj.gz --level 2\n"
-      "  plait export surface.plait part.vtp --box 0,0,0,1,1,1 --attribute normal\n"
-      "  plait export surface.plait web.glb --level 3 --attribute normal --quantize");
-  command->callback([request, &context] {
-    context.run = [request, &context] { return run_export(*request, context); };
-  });
+  add_job_command(
+      program, context,
+      {"export",
+       "The command needs only the memory of its budget, for any level. The file has base "
+       "vertices\n"
+       "first, then vertices by level in slot order, then triangles. Vertices of a coarser level\n"
+       "have the positions that the finest level gives them.\n"
+       "  .ply   binary, with every attribute but 64-bit integers: normal as nx ny nz, color as "
+       "red\n"
+       "         green blue alpha, texture as s t, others as NAME or NAME_0 NAME_1 ...; plait "
+       "import\n"
+       "         reads them back\n"
+       "  .obj   can have normals      .stl .off   positions only\n"
+       "  .vtp   VTK and ParaView, with every attribute; .pvtp names several .vtp beside it\n"
+       "  .glb   glTF, up to 2 GiB: patches share their indices, and each has its own vertices.\n"
+       "         NORMAL, COLOR_0, TEXCOORD_0, others of 8 and 16 bits and float32 as _NAME.\n"
+       "         Normals have length 1; positions of float64 are relative to the node's "
+       "translation\n"
+       "  .gltf  the same with the numbers in a .bin beside it\n"
+       "A patch is part of a box if the box meets the bounds of the patch (plait bounds).\n"
+       "\n"
+       "Examples:\n"
+       "  plait export surface.plait surface.ply --attribute normal\n"
+       "  plait export surface.plait coarse.obj.gz --level 2\n"
+       "  plait export surface.plait part.vtp --box 0,0,0,1,1,1 --attribute normal\n"
+       "  plait export surface.plait web.glb --level 3 --attribute normal --quantize",
+       export_text});
 }
 
 }  // namespace plait

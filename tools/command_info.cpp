@@ -16,11 +16,11 @@
 #include "command.h"
 #include "console.h"
 #include "json_text.h"
-#include "made_blocks.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/store_access.h"
 #include "plait/store.h"
-#include "rounding_report.h"
+#include "report_json.h"
+#include "report_text.h"
 
 namespace plait {
 namespace {
@@ -142,7 +142,7 @@ Json attribute_report(Store& store, AttributeId id) {
                  {"base_bytes", std::as_const(store).base_bytes(id).size()},
                  {"pipelines", pipelines_report(store, id)},
                  {"levels", std::move(levels)}};
-  if (const auto& rounding = store.rounding(id)) report["max_error"] = to_json(*rounding);
+  if (const auto& rounding = store.rounding(id)) report["max_error"] = rounding_json(*rounding);
   return report;
 }
 
@@ -283,9 +283,10 @@ void print_info(const Json& report, const Store& store) {
                       text_of(attribute["type"]), attribute["components"].get<int>(),
                       bytes_of(attribute["base_bytes"])));
     const AttributeId id = store.attribute(text_of(attribute["name"]));
-    if (const auto& rounding = store.rounding(id)) print(fmt::format("  {}\n", to_text(*rounding)));
-    if (const std::string made = made_blocks_text(store, id); !made.empty())
-      print(fmt::format("  {}", made));
+    if (attribute.contains("max_error"))
+      print(fmt::format("  {}\n", rounding_text(attribute["max_error"])));
+    if (const Json made = made_blocks_json(store, id); !made.is_null())
+      print(fmt::format("  {}", made_blocks_text(made)));
     for (const Json& range : attribute["pipelines"])
       print(fmt::format("  {:<12}{}\n", levels_of(range), text_of(range["pipeline"])));
     print(

@@ -1,9 +1,5 @@
 #include "copy_arguments.h"
 
-#include <fmt/format.h>
-
-#include "plait/error.h"
-
 namespace plait {
 
 void add_copy_options(CommandLine& command, CommandContext& context, CopyArguments& arguments,
@@ -32,17 +28,10 @@ Store open_source(const CopyArguments& arguments, const CommandContext& context)
   return Store::open(arguments.from, open, context.open_backends);
 }
 
-CopyChoices choices_of(const CopyArguments& arguments, const char* verb,
-                       const BackendRegistry& backends) {
-  const bool compresses = !arguments.compress.empty();
-  if (compresses && !arguments.backend.empty() && arguments.backend != kAutomaticBackend &&
-      !backends.find(arguments.backend).traits.compressed)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("{}: --compress needs a backend that compresses, and {} does not: add "
-                            "--backend compressed",
-                            verb, arguments.backend));
-  return {arguments.from, arguments.to,          arguments.backend,
-          compresses,     arguments.block_bytes, arguments.memory_bytes};
+CopyChoices choices_of(const CopyArguments& arguments) {
+  return {arguments.from,        arguments.to,
+          arguments.backend,     !arguments.compress.empty(),
+          arguments.block_bytes, arguments.memory_bytes};
 }
 
 }  // namespace plait

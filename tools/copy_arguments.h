@@ -1,4 +1,4 @@
-// tools/copy_arguments.h: options of the commands that copy a store: convert and displace.
+// tools/copy_arguments.h: options of displace, which copies a store.
 #pragma once
 
 #include <cstdint>
@@ -34,9 +34,7 @@ void add_copy_options(CommandLine& command, CommandContext& context, CopyArgumen
 /// Opens the source for reading.
 Store open_source(const CopyArguments& arguments, const CommandContext& context);
 
-/// The choices for the copy. Errors: kInvalidArgument for --compress with a --backend that does not
-/// compress; those of BackendRegistry::find. `verb` begins the message.
-CopyChoices choices_of(const CopyArguments& arguments, const char* verb,
-                       const BackendRegistry& backends);
+/// The choices for the copy.
+CopyChoices choices_of(const CopyArguments& arguments);
 
 }  // namespace plait

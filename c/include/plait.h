@@ -768,327 +768,45 @@ PLAIT_API plait_status plait_store_visit(plait_store* store,
                                          int32_t level, plait_visit_batch visit,
                                          plait_progress progress, void* user);
 
-/* ---- Jobs: whole works with a plan, progress and resume ---- */
+/* ---- Jobs: whole works by their names ---- */
 
-enum {
-  PLAIT_EXISTING_REFUSE = 0,
-  PLAIT_EXISTING_REPLACE = 1, /* when the new store is complete */
-  /* Continues from the last commit of the store; commits every level, so that a later job can
-   * resume. */
-  PLAIT_EXISTING_RESUME = 2
-};
-/* Options of plait_job_subdivide(): those of the command `plait subdivide`. Texts may be NULL, and
- * numbers 0, for the defaults. */
-typedef struct plait_subdivision_request {
-  size_t struct_size;
-  const char* mesh_path;       /* PLY, OBJ or OFF, also .gz and .zst */
-  const char* store_path;      /* the store to make */
-  const char* backend;         /* "auto" */
-  const char* layout;          /* chosen by the executor */
-  const char* scheme;          /* "loop" */
-  const char* executor;        /* "auto" */
-  const char* const* compress; /* presets or pipelines, for attributes and levels: "@1-3=small" */
-  uint64_t compress_count;
-  const char* const* max_errors; /* "1e-5", "1e-6rel", "normal=1e-3" */
-  uint64_t max_error_count;
-  uint64_t block_bytes;    /* 1 MiB */
-  uint64_t max_slot_bytes; /* 16 KiB */
-  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
-  plait_progress progress; /* may be NULL; counts of one step after another */
-  plait_warning warn;      /* may be NULL */
-  void* user;
-  int32_t levels;                 /* the level to reach */
-  int32_t threads;                /* 1 */
-  plait_component_type precision; /* PLAIT_FLOAT32 or PLAIT_FLOAT64; 0: as the mesh needs it */
-  int32_t existing;               /* PLAIT_EXISTING_... */
-  int32_t durability;             /* PLAIT_DURABILITY_... */
-  int32_t normals, limit, verify, digest, ignore_size; /* 1: yes */
-  plait_parallel_for parallel_for;                     /* as in plait_store_options */
-  void* parallel_user;
-  double weld_tolerance; /* with weld: of vertices that become one; 0: of equal positions */
-  int32_t weld;          /* 1: vertices of the file at equal places become one */
-  int32_t reserved;      /* 0 */
-} plait_subdivision_request;
-#define PLAIT_SUBDIVISION_REQUEST_INIT                                                             \
-  {                                                                                                \
-    sizeof(plait_subdivision_request), NULL, NULL, NULL, NULL, NULL, NULL, NULL, 0, NULL, 0, 0, 0, \
-        0, NULL, NULL, NULL, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, NULL, NULL, 0, 0, 0                     \
-  }
-/* What a job did. */
-typedef struct plait_subdivision_result {
-  size_t struct_size;
-  uint64_t vertices, edges, faces; /* at the finest level */
-  uint64_t stored_bytes;
-  double import_seconds, layout_seconds;
-  double refine_seconds; /* base mesh and all levels */
-  double commit_seconds, digest_seconds;
-  int32_t levels, base_level, resumed_level;
-  char digest[36]; /* PLAIT_DIGEST_BYTES of text; empty unless it was asked for */
-} plait_subdivision_result;
-#define PLAIT_SUBDIVISION_RESULT_INIT                                           \
-  {                                                                             \
-    sizeof(plait_subdivision_result), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, { 0 } \
-  }
-/* Makes a store from the mesh of a file, commits it and closes it, as the command `plait subdivide`
- * does. After an error or a cancel, nothing half-made is left: only commits that
- * PLAIT_EXISTING_RESUME made stay. `result` may be NULL. Errors: INVALID_ARGUMENT for what the
- * job refuses, BUDGET, CANCELLED, IO, NO_SPACE, and those of reading the mesh. */
-PLAIT_API plait_status plait_job_subdivide(const plait_subdivision_request* request,
-                                           plait_subdivision_result* result);
+/* A text that a call has made. */
+typedef struct plait_text plait_text;
+/* Its characters: UTF-8, with a zero byte at the end. Valid until the text ends. Empty for NULL. */
+PLAIT_API const char* plait_text_string(const plait_text* text);
+/* Ends a text. Does nothing for NULL. */
+PLAIT_API void plait_text_release(plait_text* text);
 
-/* Options of plait_job_import(): those of the command `plait import`. Texts may be NULL, and
- * numbers 0, for the defaults. */
-typedef struct plait_import_request {
-  size_t struct_size;
-  const char* mesh_path;       /* PLY, OBJ, OFF or STL, also .gz and .zst */
-  const char* store_path;      /* the store to make */
-  const char* backend;         /* "auto" */
-  const char* layout;          /* chosen by the size */
-  const char* const* compress; /* as for plait_job_subdivide() */
-  uint64_t compress_count;
-  uint64_t block_bytes;    /* 1 MiB */
-  uint64_t max_slot_bytes; /* 16 KiB */
-  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
-  plait_progress progress;
-  plait_warning warn;
-  void* user;
-  int32_t levels;                 /* so many, not more and not fewer; 0: as many as there are */
-  int32_t threads;                /* 1 */
-  plait_component_type precision; /* PLAIT_FLOAT32 or PLAIT_FLOAT64; 0: as the file needs it */
-  int32_t existing;               /* PLAIT_EXISTING_REFUSE or _REPLACE */
-  int32_t durability;             /* PLAIT_DURABILITY_... */
-  int32_t ignore_size;            /* 1: start even if the memory seems too small */
-  double weld_tolerance;          /* as in plait_subdivision_request */
-  int32_t weld;
-  int32_t reserved; /* 0 */
-} plait_import_request;
-#define PLAIT_IMPORT_REQUEST_INIT                                                                \
-  {                                                                                              \
-    sizeof(plait_import_request), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, NULL, NULL, NULL, 0, \
-        0, 0, 0, 0, 0, 0, 0, 0                                                                   \
-  }
-/* What the job found in the file, and what it made. Times are in seconds. */
-typedef struct plait_import_result {
-  size_t struct_size;
-  uint64_t vertices, faces;                         /* of the file */
-  uint64_t base_vertices, base_faces, border_edges; /* of the base mesh */
-  uint64_t stored_bytes;
-  double read_seconds, recover_seconds, write_seconds;
-  int32_t levels, base_level;
-  int32_t had_choice; /* 1: several base meshes are equally deep */
-  int32_t reserved;
-} plait_import_result;
-#define PLAIT_IMPORT_RESULT_INIT \
-  { sizeof(plait_import_result), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
-/* Makes a store of a mesh that is semi-regular already, as the command `plait import` does. After
- * an error or a cancel, nothing half-made is left. `result` may be NULL. Errors: INVALID_ARGUMENT
- * for a mesh that has fewer levels, with how many there are and where the next one fails;
- * OUT_OF_MEMORY before it reads; CANCELLED, IO, NO_SPACE, and those of reading the mesh. */
-PLAIT_API plait_status plait_job_import(const plait_import_request* request,
-                                        plait_import_result* result);
+/* Describes a job, or with NULL all jobs, as JSON: {"name", "summary", "options": [{"name", "kind",
+ * "help", "default", "choices", "required", "position"}]}. Errors: INVALID_ARGUMENT for a name that
+ * no job has. */
+PLAIT_API plait_status plait_job_options(const char* job, plait_text** options);
+/* Runs a job: "subdivide", "plan", "part", "join", "import", "remesh", "export", "convert",
+ * "compare", as the command of the program with this name does. Its options are those of the
+ * command, each a text NAME=VALUE: "levels=5", "compress=@6=fast"; NAME alone for one that the
+ * command takes without a value: "normals". What the command takes without a name is "input=..."
+ * and "output=...". Sizes may have a unit: "64MiB". threads=0, the default, stands for all
+ * processors. `progress` and `warning` may be NULL. Sets *report to what the job did, a JSON
+ * object: that of the command with
+ * --json; `report` may be NULL. After an error or a cancel, nothing half-made is left; with the
+ * option resume the last commit stays. Errors: INVALID_ARGUMENT for an option that the job does not
+ * have, with those that it has, for a value that the option does not take, and for what the job
+ * refuses; CANCELLED, BUDGET, OUT_OF_MEMORY before the work, IO, NO_SPACE, and those of reading. */
+PLAIT_API plait_status plait_job_run(const char* job, const char* const* options, uint64_t count,
+                                     plait_progress progress, plait_warning warning, void* user,
+                                     plait_text** report);
 
-/* Options of plait_job_remesh(): those of the command `plait remesh`. Texts may be NULL, and
- * numbers 0, for the defaults. */
-typedef struct plait_remesh_request {
-  size_t struct_size;
-  const char* scan_path;  /* any triangle mesh: PLY, OBJ, OFF or STL, also .gz and .zst */
-  const char* store_path; /* the store to make */
-  const char* backend;    /* "auto" */
-  uint64_t faces;         /* of the base mesh, at most; must be given */
-  uint64_t samples;       /* of the report, for each direction; 0: no distances */
-  uint64_t min_component; /* removes components of fewer faces */
-  uint64_t fill_holes;    /* fills holes of at most so many edges */
-  uint64_t budget_bytes;  /* PLAIT_DEFAULT_BUDGET_BYTES */
-  plait_progress progress;
-  plait_warning warn;
-  void* user;
-  int32_t levels;        /* the finest level; 3 */
-  int32_t threads;       /* 1 */
-  int32_t existing;      /* PLAIT_EXISTING_REFUSE or _REPLACE */
-  int32_t refuse_turned; /* 1: makes base meshes anew, at most 8, while small faces are turned
-                            over; an error if some stay */
-  int32_t digest;        /* 1: computes the digest of the store */
-  int32_t ignore_size;   /* 1: start even if the memory of the machine is too small */
-  int32_t distances;     /* 1: adds attribute "distance", how far the scan is from the store */
-  plait_component_type precision; /* as in plait_subdivision_request */
-  double weld_tolerance;          /* as in plait_subdivision_request */
-  int32_t weld;
-  int32_t reserved; /* 0 */
-} plait_remesh_request;
-#define PLAIT_REMESH_REQUEST_INIT                                                                \
-  {                                                                                              \
-    sizeof(plait_remesh_request), NULL, NULL, NULL, 0, 0, 0, 0, 0, NULL, NULL, NULL, 0, 0, 0, 0, \
-        0, 0, 0, 0, 0, 0, 0                                                                      \
-  }
-/* Distances are those of points spread over one surface to the closest points of the other. */
-typedef struct plait_remesh_result {
-  size_t struct_size;
-  uint64_t scan_faces; /* after the repair */
-  uint64_t base_vertices, base_faces;
-  uint64_t vertices, faces, turned_faces; /* at the finest level */
-  uint64_t stored_bytes;
-  double diagonal, mean_edge; /* of the scan */
-  double scan_to_store_rms, scan_to_store_max;
-  double store_to_scan_rms, store_to_scan_max;
-  /* The areas of small faces within a base face, 99th percentile to 1st: nine of ten base faces
-   * have at most the first number; the second is the share of those that have at most 4. */
-  double area_spread_percentile_90, area_spread_share_within_4;
-  char digest[36];     /* PLAIT_DIGEST_BYTES of text; empty unless it was asked for */
-  int32_t base_meshes; /* made; more than one only with refuse_turned */
-} plait_remesh_result;
-#define PLAIT_REMESH_RESULT_INIT \
-  { sizeof(plait_remesh_result), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0}, 0 }
-/* Makes a store of a scan, as the command `plait remesh` does: repairs it, makes a base mesh, and
- * puts the vertices of the levels on the scan. After an error or a cancel, nothing half-made is
- * left. `result` may be NULL. Errors: INVALID_ARGUMENT for counts that do not fit, and with
- * `refuse_turned`; OUT_OF_MEMORY before the work; CANCELLED, IO, NO_SPACE, and those of reading. */
-PLAIT_API plait_status plait_job_remesh(const plait_remesh_request* request,
-                                        plait_remesh_result* result);
-
-/* Options of plait_job_compare(): those of the command `plait compare`. */
-typedef struct plait_comparison_request {
-  size_t struct_size;
-  const char* first_path; /* mesh files or stores */
-  const char* second_path;
-  uint64_t samples; /* points on each surface; 0: a million */
-  plait_progress progress;
-  plait_warning warn;
-  void* user;
-  int32_t level;   /* of stores; PLAIT_FINEST_LEVEL */
-  int32_t threads; /* 1 */
-} plait_comparison_request;
-#define PLAIT_COMPARISON_REQUEST_INIT \
-  { sizeof(plait_comparison_request), NULL, NULL, 0, NULL, NULL, NULL, PLAIT_FINEST_LEVEL, 0 }
-/* From points that are spread over one surface to the closest points of the other one. Angles, in
- * degrees, are those between the normals of the triangles at the two points. */
-typedef struct plait_surface_distances {
-  uint64_t samples;
-  double max, rms, mean;
-  double percentile_99, percentile_99_9;
-  double mean_angle, percentile_99_angle;
-} plait_surface_distances;
-/* Lengths are in the units of the surfaces. */
-typedef struct plait_comparison_result {
-  size_t struct_size;
-  double diagonal, mean_edge;    /* of the first surface */
-  plait_surface_distances there; /* from the first to the second */
-  plait_surface_distances back;  /* from the second to the first */
-} plait_comparison_result;
-#define PLAIT_COMPARISON_RESULT_INIT                                                            \
-  {                                                                                             \
-    sizeof(plait_comparison_result), 0, 0, {0, 0, 0, 0, 0, 0, 0, 0}, { 0, 0, 0, 0, 0, 0, 0, 0 } \
-  }
-/* Measures the distances between two surfaces, which have to fit in memory, in both directions, as
- * the command `plait compare` does. Errors: INVALID_ARGUMENT for a level that is not there and for
- * a surface without faces; OUT_OF_MEMORY, CANCELLED, and those of reading. */
-PLAIT_API plait_status plait_job_compare(const plait_comparison_request* request,
-                                         plait_comparison_result* result);
-
-/* Options of plait_job_convert(): those of the command `plait convert`. What is NULL or 0 stays as
- * it is in the store. */
-typedef struct plait_conversion_request {
-  size_t struct_size;
-  const char* from_path; /* the store to copy */
-  const char* to_path;   /* the store to make */
-  const char* backend;
-  const char* const* compress;
-  uint64_t compress_count;
-  const char* const* max_errors;
-  uint64_t max_error_count;
-  uint64_t block_bytes;
-  uint64_t budget_bytes; /* for both stores together; PLAIT_DEFAULT_BUDGET_BYTES */
-  plait_progress progress;
-  plait_warning warn;
-  void* user;
-  int32_t threads;  /* of verify */
-  int32_t existing; /* PLAIT_EXISTING_REFUSE or _REPLACE */
-  int32_t verify;   /* 1: reads the copy back from the disk and compares it */
-  int32_t reserved; /* 0 */
-} plait_conversion_request;
-#define PLAIT_CONVERSION_REQUEST_INIT                                                             \
-  {                                                                                               \
-    sizeof(plait_conversion_request), NULL, NULL, NULL, NULL, 0, NULL, 0, 0, 0, NULL, NULL, NULL, \
-        0, 0, 0, 0                                                                                \
-  }
-/* What a conversion did. */
-typedef struct plait_conversion_result {
-  size_t struct_size;
-  uint64_t from_stored_bytes, stored_bytes;
-  char digest[36]; /* with verify */
-  int32_t reserved;
-} plait_conversion_result;
-#define PLAIT_CONVERSION_RESULT_INIT \
-  { sizeof(plait_conversion_result), 0, 0, {0}, 0 }
-/* Copies a store into another backend, compression or block size. After an error or a cancel, no
- * copy is left. `result` may be NULL. Errors: those of plait_store_open(); INVALID_ARGUMENT,
- * CANCELLED, IO, NO_SPACE; CORRUPTION if the copy is not equal. */
-PLAIT_API plait_status plait_job_convert(const plait_conversion_request* request,
-                                         plait_conversion_result* result);
-
-/* ---- A store that many processes make: docs/many-machines.md ---- */
-
-/* What a plan is to cut. NULL and 0 stand for the defaults in the comments. */
-typedef struct plait_parts_request {
-  size_t struct_size;
-  const char* mesh_path;       /* PLY, OBJ or OFF, also .gz and .zst */
-  const char* plan_path;       /* the directory to make */
-  const char* scheme;          /* "loop" */
-  const char* layout;          /* "hilbert" */
-  const char* const* compress; /* raw blocks; "fast", or pipelines whose blocks need no others */
-  uint64_t compress_count;
-  uint64_t block_bytes;           /* 1 MiB */
-  uint64_t max_slot_bytes;        /* 16 KiB */
-  uint32_t parts;                 /* 1 */
-  int32_t levels;                 /* the level to reach */
-  plait_component_type precision; /* PLAIT_FLOAT32 */
-  int32_t normals, limit;         /* 1: yes */
-  int32_t reserved;
-} plait_parts_request;
-#define PLAIT_PARTS_REQUEST_INIT                                                                   \
-  {                                                                                                \
-    sizeof(plait_parts_request), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 1, 1, PLAIT_FLOAT32, 0, 0, \
-        0                                                                                          \
-  }
-/* Makes a plan. Errors: INVALID_ARGUMENT, also if the name is taken; NOT_SUPPORTED; those of
- * reading the mesh; IO, NO_SPACE. */
-PLAIT_API plait_status plait_parts_plan(const plait_parts_request* request);
+/* ---- Passes of a program's own, in parts: docs/many-machines.md ----
+ *
+ * The jobs "plan", "part" and "join" make a store, or a pass over one, in parts. Only a part of a
+ * pass of the program's own needs a call of its own, because it has a kernel. The job "plan" plans
+ * it: "pass=fold", "result=folded,float32,1", "parameters=2 1". */
 
 /* Fills attribute `into` for all vertices of `store`, by plait_store_visit() with
  * PLAIT_FINEST_LEVEL, which visits those of one part. May read other attributes, and must not
  * change the store otherwise nor keep the handle. Returns PLAIT_OK, or the code of the call that
  * failed. */
 typedef plait_status (*plait_pass_kernel)(plait_store* store, const char* into, void* user);
-
-/* One pass over the last commit of a store in shards. NULL and 0 stand for the defaults. */
-typedef struct plait_pass_request {
-  size_t struct_size;
-  const char* store_path;  /* a store that plait_parts_join() has made, without concat */
-  const char* plan_path;   /* the directory to make */
-  const char* name;        /* "smooth", "noise", "normals", or that of the program's own pass */
-  const char* result;      /* own pass: the attribute that it makes or replaces */
-  const char* parameters;  /* own pass: a text that the plan records; "" */
-  double factor;           /* smooth: how far to the mean of the neighbours, 0 to 1; 0.5 */
-  double amplitude;        /* noise: how far, in diagonals of the bounding box, 0 to 1; 3e-7 */
-  double diagonal;         /* noise; 0: measured, by one pass over all positions */
-  uint64_t seed;           /* noise; 1 */
-  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
-  plait_progress progress; /* of measuring; may be NULL */
-  void* user;
-  plait_component_type type; /* own pass: of the result; PLAIT_FLOAT32 */
-  int32_t components;        /* own pass: of the result; 3 */
-  int32_t threads;           /* 1 */
-  int32_t reserved;
-} plait_pass_request;
-#define PLAIT_PASS_REQUEST_INIT                                                               \
-  {                                                                                           \
-    sizeof(plait_pass_request), NULL, NULL, NULL, NULL, NULL, 0.5, 3e-7, 0, 1, 0, NULL, NULL, \
-        PLAIT_FLOAT32, 3, 1, 0                                                                \
-  }
-/* Makes a plan of which the parts are the shards of the store. plait_parts_make() makes each part,
- * and plait_parts_join() commits the next version of the store. Errors: INVALID_ARGUMENT for a pass
- * that does not fit the store, and if the name is taken; NOT_SUPPORTED for a store in one piece;
- * those of plait_store_open(); CANCELLED, IO, NO_SPACE. */
-PLAIT_API plait_status plait_pass_plan(const plait_pass_request* request);
 
 /* Options of plait_parts_make(). */
 typedef struct plait_part_options {
@@ -1109,25 +827,6 @@ typedef struct plait_part_options {
  * the plan, and that of the kernel. */
 PLAIT_API plait_status plait_parts_make(const char* plan_path, uint32_t part,
                                         const plait_part_options* options);
-
-/* Options of plait_parts_join(). */
-typedef struct plait_join_options {
-  size_t struct_size;
-  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
-  plait_progress progress; /* may be NULL */
-  void* user;
-  int32_t verify;   /* 1: reads every block first, and compares the digests */
-  int32_t concat;   /* 1: copies all blocks to levels in one piece */
-  int32_t existing; /* PLAIT_EXISTING_REFUSE or PLAIT_EXISTING_REPLACE */
-  int32_t reserved;
-} plait_join_options;
-#define PLAIT_JOIN_OPTIONS_INIT \
-  { sizeof(plait_join_options), 0, NULL, NULL, 0, 0, 0, 0 }
-/* Makes a store of all parts, or, of a pass, commits the next version of its store, `store_path`
- * (without concat and with PLAIT_EXISTING_REFUSE). `options` may be NULL. Errors: BAD_STATE if
- * parts are missing or damaged (the message lists them: "3,17-19"); those of plait_parts_make(). */
-PLAIT_API plait_status plait_parts_join(const char* plan_path, const char* store_path,
-                                        const plait_join_options* options);
 
 #ifdef __cplusplus
 }

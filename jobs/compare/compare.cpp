@@ -7,6 +7,7 @@
 
 #include "compare/triangles.h"
 #include "plait/error.h"
+#include "plait/extend/thread_count.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -14,7 +15,7 @@ namespace {
 TriangleSet triangles_of(const IndexedMesh& mesh) { return {mesh.positions, mesh.faces}; }
 
 IndexedMesh read_side(const std::filesystem::path& path, const ComparisonRequest& request,
-                      const BackendRegistry& backends, const ComparisonWatch& watch) {
+                      const BackendRegistry& backends, const JobWatch& watch) {
   std::error_code ignored;  // a path that cannot be looked at is a file that cannot be read
   const bool is_store = std::filesystem::is_directory(path, ignored);
   // Not reported as progress: nobody knows how long it takes. But a program may cancel here.
@@ -26,7 +27,7 @@ IndexedMesh read_side(const std::filesystem::path& path, const ComparisonRequest
 /// From `from` to `to`. `before`: samples of the other direction that are done.
 Distances distances_of(const IndexedMesh& from, const IndexedMesh& to, std::string_view phase,
                        std::uint64_t before, const ComparisonRequest& request,
-                       const ComparisonWatch& watch) {
+                       const JobWatch& watch) {
   DistanceOptions options{.samples = request.samples, .phase = phase};
   if (watch.progress)
     options.progress = [&](const Progress& now) {
@@ -41,8 +42,7 @@ Distances distances_of(const IndexedMesh& from, const IndexedMesh& to, std::stri
 }
 
 /// Warns of two surfaces that are nowhere near each other.
-void check_boxes(const IndexedMesh& first, const IndexedMesh& second,
-                 const ComparisonWatch& watch) {
+void check_boxes(const IndexedMesh& first, const IndexedMesh& second, const JobWatch& watch) {
   const SurfaceBox a = box_of(triangles_of(first)), b = box_of(triangles_of(second));
   bool apart = false;
   for (int axis = 0; axis < 3; ++axis)
@@ -58,13 +58,13 @@ void check_boxes(const IndexedMesh& first, const IndexedMesh& second,
 }  // namespace
 
 SurfaceComparison compare_surfaces(const ComparisonRequest& request,
-                                   const BackendRegistry& backends, const ComparisonWatch& watch) {
+                                   const BackendRegistry& backends, const JobWatch& watch) {
   const IndexedMesh first = read_side(request.first, request, backends, watch);
   const IndexedMesh second = read_side(request.second, request, backends, watch);
   check_boxes(first, second, watch);
   SurfaceComparison result{
       diagonal_of(triangles_of(first)), mean_edge_of(triangles_of(first)), {}, {}};
-  tbb::task_arena(request.threads).execute([&] {
+  tbb::task_arena(thread_count(request.threads, "compare")).execute([&] {
     result.there = distances_of(first, second, "distance of A to B", 0, request, watch);
     result.back =
         distances_of(second, first, "distance of B to A", request.samples, request, watch);

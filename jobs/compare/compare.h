@@ -3,13 +3,11 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
-#include <string>
 
 #include "distance/distances.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
-#include "plait/progress.h"
+#include "plait/job.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -25,17 +23,11 @@ struct SurfaceComparison {
   Distances there, back;               ///< from the first to the second, and from it to the first
 };
 
-struct ComparisonWatch {
-  ProgressCallback progress = {};  ///< counts samples
-  std::function<void(const std::string&)> warn = {};
-};
-
-/// Both surfaces have to fit in memory. The same figures for each number of threads. Errors: those
-/// of reading a mesh and of Store::open(); kInvalidArgument for a level that is not there, and for
-/// a surface without faces or area; kOutOfMemory, kCancelled. Pinned by
+/// Progress counts samples. Both surfaces have to fit in memory. The same figures for each number
+/// of threads. Errors: those of reading a mesh and of Store::open(); kInvalidArgument for a level
+/// that is not there, and for a surface without faces or area; kOutOfMemory, kCancelled. Pinned by
 /// tests/tools/scan_commands_test.cpp.
 SurfaceComparison compare_surfaces(const ComparisonRequest& request,
-                                   const BackendRegistry& backends,
-                                   const ComparisonWatch& watch = {});
+                                   const BackendRegistry& backends, const JobWatch& watch = {});
 
 PLAIT_END_NAMESPACE

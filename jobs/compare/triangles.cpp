@@ -6,8 +6,7 @@
 #include <system_error>
 #include <vector>
 
-#include "base/byte_text.h"
-#include "io/machine.h"
+#include "job_rules.h"
 #include "plait/error.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
@@ -53,10 +52,7 @@ IndexedMesh read_store(const std::filesystem::path& path, int level,
                             path.native(), kNoId, counts.vertices, level));
   const std::uint64_t needed =
       counts.vertices * sizeof(Vector3<double>) + counts.faces * sizeof(std::array<VertexId, 3>);
-  if (const std::uint64_t found = available_memory_bytes(); needed > found)
-    throw Error(ErrorCode::kOutOfMemory,
-                fmt::format("{}: level {}: expected {} of memory, found {}", path.native(), level,
-                            format_bytes(needed), format_bytes(found)));
+  check_memory(fmt::format("{}: level {}", path.native(), level), needed, false);
   IndexedMesh mesh;
   mesh.faces.reserve(counts.faces);
   const SampleNumbers numbers(store.base(), level - store.base_level());

@@ -74,25 +74,14 @@ void choose_options(const ConversionRequest& request, const Store& source,
 
 }  // namespace
 
-std::string_view to_string(ConversionStep step) noexcept {
-  switch (step) {
-    case ConversionStep::kCopy:
-      return "convert";
-    case ConversionStep::kReadBack:
-      return "read the copy back";
-    case ConversionStep::kSourceDigest:
-      return "digest of the source";
-  }
-  return "";
-}
-
 ConversionResult convert(const ConversionRequest& request, const BackendRegistry& source_backends,
-                         const BackendRegistry& backends, const ConversionWatch& watch) {
+                         const BackendRegistry& backends, const JobWatch& watch) {
   OpenOptions open;
   open.budget_bytes = request.budget_bytes / 2;
   Store source = Store::open(request.from, open, source_backends);
   ConversionResult result;
   choose_options(request, source, backends, result);
+  if (watch.before_files) watch.before_files();
   tell_notices(source, watch.warn);
   const Existing existing = request.replace ? Existing::kReplace : Existing::kRefuse;
   const auto make = [&](const std::filesystem::path& path) {
@@ -100,8 +89,7 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     result.from_backend = source.options().backend;
     Store copy = Store::create(path, source.base(), result.options, backends, source.provenance());
     tell_notices(copy, watch.warn);
-    if (watch.step) watch.step(ConversionStep::kCopy);
-    copy_levels(source, copy, watch.progress, request.max_errors);
+    copy_levels(source, copy, begin_step(watch, "convert"), request.max_errors);
     for (const auto& [name, bound] : request.max_errors.all())
       result.roundings[name] = *copy.rounding(copy.attribute(name));
     copy.commit();
@@ -112,7 +100,8 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
                           ? compare_copy(source, path, open, request.threads, backends, watch)
                           : compare_rounded_copy(source, path, open, request.threads, backends,
                                                  request.max_errors, watch);
-    if (watch.before_publish) watch.before_publish();
+    if (const ProgressCallback go_on = begin_step(watch, "publish"); go_on && !go_on({{}, 0, 1}))
+      throw Error(ErrorCode::kCancelled, "convert: cancelled");
   };
   result.store = make_new_store(request.to, existing, Durability::kCommit, watch.warn, make);
   result.options.pipeline_of = {};  // it may refer to the source

@@ -4,17 +4,15 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <string>
-#include <string_view>
 
 #include "plait/compression.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/rounding.h"
+#include "plait/job.h"
 #include "plait/options.h"
-#include "plait/progress.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -35,23 +33,6 @@ struct ConversionRequest {
   bool replace = false;  ///< `to` may be a store: the copy replaces it when it is complete
 };
 
-enum class ConversionStep : std::uint8_t {
-  kCopy,          ///< counts bytes
-  kReadBack,      ///< the digest of the copy, or a comparison of rounded records
-  kSourceDigest,  ///< the digest of the source; after rounding, of the copy
-};
-/// "convert", "read the copy back", "digest of the source".
-std::string_view to_string(ConversionStep step) noexcept;
-
-/// The thread that called convert() calls all of them.
-struct ConversionWatch {
-  std::function<void(ConversionStep)> step = {};  ///< called at the start of every step
-  ProgressCallback progress = {};                 ///< counts of the step
-  std::function<void(const std::string&)> warn = {};
-  /// Called when the copy is complete, before it gets its name. May throw: then there is no copy.
-  std::function<void()> before_publish = {};
-};
-
 /// What a job did.
 struct ConversionResult {
   std::filesystem::path store;
@@ -65,11 +46,13 @@ struct ConversionResult {
 
 /// Copies a store. After an error no copy is left. Removes left-overs of killed runs with the same
 /// output. Does not print and does not handle signals. `source_backends` open the source,
-/// `backends` make the copy. Errors: those of Store::open and Store::create; kInvalidArgument if
-/// source and copy are the same, for a backend that writes no files, and for a compression that the
-/// backend does not do; kCancelled; kCorruption if the copy is not equal; kIo, kNoSpace. Pinned by
-/// tests/tools/store_commands_test.cpp.
+/// `backends` make the copy. Steps, which are the phases too: "convert" (counts bytes), "read the
+/// copy back" (the digest of the copy, or a comparison of rounded records), "digest of the source"
+/// (after rounding, of the copy), "publish". Errors: those of Store::open and Store::create;
+/// kInvalidArgument if source and copy are the same, for a backend that writes no files, and for a
+/// compression that the backend does not do; kCancelled; kCorruption if the copy is not equal; kIo,
+/// kNoSpace. Pinned by tests/tools/store_commands_test.cpp.
 ConversionResult convert(const ConversionRequest& request, const BackendRegistry& source_backends,
-                         const BackendRegistry& backends, const ConversionWatch& watch = {});
+                         const BackendRegistry& backends, const JobWatch& watch = {});
 
 PLAIT_END_NAMESPACE

@@ -4,6 +4,7 @@
 
 #include <system_error>
 
+#include "job_rules.h"
 #include "plait/error.h"
 #include "store/attribute_levels.h"
 
@@ -30,11 +31,7 @@ const RegisteredBackend& find_backend_of_copy(const CopyChoices& choices,
     return Error(ErrorCode::kInvalidArgument, fmt::format("{}{}", verb, reason));
   };
   if (!found.traits.durable) throw refuse(fmt::format(": backend {} writes no files", found.name));
-  if (!found.traits.compressed && choices.compresses)
-    throw refuse(
-        fmt::format(": a compression needs a backend that compresses, and {} does not: "
-                    "choose backend compressed",
-                    found.name));
+  if (!found.traits.compressed && choices.compresses) throw needs_compression(verb, found);
   found.check_machine();
   std::error_code ignored;
   if (std::filesystem::equivalent(choices.from, choices.to, ignored))

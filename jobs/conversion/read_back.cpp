@@ -23,29 +23,30 @@ void drop_from_page_cache(const std::filesystem::path& store) {
   }
 }
 
-void begin(const ConversionWatch& watch, ConversionStep step) {
-  if (watch.step) watch.step(step);
-}
-
-std::string watched_digest(Store& store, ConversionStep step, int threads,
-                           const ConversionWatch& watch) {
-  begin(watch, step);
+std::string watched_digest(Store& store, std::string_view step, int threads,
+                           const JobWatch& watch) {
   DigestOptions options;
   options.threads = threads;
-  options.progress = watch.progress;
+  options.progress = begin_step(watch, step);
   return digest(store, options).to_string();
 }
 
 }  // namespace
 
+ProgressCallback begin_step(const JobWatch& watch, std::string_view step) {
+  if (watch.step) watch.step(step);
+  if (!watch.progress) return {};
+  return [&watch, step](const Progress& now) {
+    return watch.progress({step, now.done, now.total});
+  };
+}
+
 std::string compare_copy(Store& source, const std::filesystem::path& copy, const OpenOptions& open,
-                         int threads, const BackendRegistry& backends,
-                         const ConversionWatch& watch) {
+                         int threads, const BackendRegistry& backends, const JobWatch& watch) {
   drop_from_page_cache(copy);
   Store opened = Store::open(copy, open, backends);
-  std::string found = watched_digest(opened, ConversionStep::kReadBack, threads, watch);
-  const std::string expected =
-      watched_digest(source, ConversionStep::kSourceDigest, threads, watch);
+  std::string found = watched_digest(opened, "read the copy back", threads, watch);
+  const std::string expected = watched_digest(source, "digest of the source", threads, watch);
   if (found != expected)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("read back {}: expected digest {} of {}, found {}", copy.native(),
@@ -56,10 +57,10 @@ std::string compare_copy(Store& source, const std::filesystem::path& copy, const
 std::string compare_rounded_copy(Store& source, const std::filesystem::path& copy,
                                  const OpenOptions& open, int threads,
                                  const BackendRegistry& backends, const ErrorBounds& bounds,
-                                 const ConversionWatch& watch) {
+                                 const JobWatch& watch) {
   drop_from_page_cache(copy);
   Store opened = Store::open(copy, open, backends);
-  begin(watch, ConversionStep::kReadBack);
+  const ProgressCallback progress = begin_step(watch, "read the copy back");
   std::uint64_t done = 0, total = 0;
   for (AttributeId id = 0; id < source.attributes().size(); ++id)
     total += bytes_of_levels(source, id);
@@ -67,11 +68,11 @@ std::string compare_rounded_copy(Store& source, const std::filesystem::path& cop
     const std::string& name = source.attributes()[id].schema.name;
     compare_attribute(source, id, opened, opened.attribute(name), bounds.of(name),
                       [&](const Progress& now) {
-                        return !watch.progress || watch.progress({name, done + now.done, total});
+                        return !progress || progress({name, done + now.done, total});
                       });
     done += bytes_of_levels(source, id);
   }
-  return watched_digest(opened, ConversionStep::kSourceDigest, threads, watch);
+  return watched_digest(opened, "digest of the source", threads, watch);
 }
 
 PLAIT_END_NAMESPACE

@@ -11,13 +11,16 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// Begins a step of the job. Returns the callback for its progress, whose phase is the step. `step`
+/// must be valid as long as the callback.
+ProgressCallback begin_step(const JobWatch& watch, std::string_view step);
+
 /// Opens the copy as any reader does, after removing it from the page cache, and compares its
 /// digest with that of `source`. The digest covers all vertices of all attributes. Returns the
 /// digest. REQUIRES: the copy was committed. Errors: kCorruption if the digests differ; as
 /// Store::open and digest().
 std::string compare_copy(Store& source, const std::filesystem::path& copy, const OpenOptions& open,
-                         int threads, const BackendRegistry& backends,
-                         const ConversionWatch& watch = {});
+                         int threads, const BackendRegistry& backends, const JobWatch& watch = {});
 
 /// The same for a copy whose records were rounded: compares every record with the original, and
 /// computes the errors in long double. Attributes without a bound have to be equal. Errors: also
@@ -25,6 +28,6 @@ std::string compare_copy(Store& source, const std::filesystem::path& copy, const
 std::string compare_rounded_copy(Store& source, const std::filesystem::path& copy,
                                  const OpenOptions& open, int threads,
                                  const BackendRegistry& backends, const ErrorBounds& bounds,
-                                 const ConversionWatch& watch = {});
+                                 const JobWatch& watch = {});
 
 PLAIT_END_NAMESPACE

@@ -173,7 +173,7 @@ std::vector<std::string> others(const Store& store, AttributeId position, int le
 
 /// Writes the files under their temporary names.
 ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& named,
-                         const ExportRequest& request, const ExportWatch& watch) {
+                         const ExportRequest& request, const JobWatch& watch) {
   const MeshFormat format = named.mesh;
   check_options(store, format, request);
   const AttributeId position = store.attribute("position");
@@ -238,9 +238,10 @@ std::vector<FaceColumn> face_columns(const ExportTask& task) {
 }
 
 ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& backends,
-                         const ExportWatch& watch) {
+                         const JobWatch& watch) {
   const ExportFormat format = export_format(request.output);
   check_name(request, format.mesh);
+  if (watch.before_files) watch.before_files();
   OutputFiles files(request.output, request.replace ? Existing::kReplace : Existing::kRefuse,
                     [&](const std::string& warning) {
                       if (watch.warn) watch.warn(warning);
@@ -255,7 +256,8 @@ ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& ba
     throw files.named(error);
   }
   result.file = files.path();
-  if (watch.before_publish) watch.before_publish();
+  if (watch.progress && !watch.progress({"publish", 0, 1}))
+    throw Error(ErrorCode::kCancelled, "export: cancelled");
   files.publish();
   return result;
 }

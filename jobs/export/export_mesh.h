@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,8 +12,8 @@
 #include "plait/bounds.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
+#include "plait/job.h"
 #include "plait/options.h"
-#include "plait/progress.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -42,15 +41,6 @@ struct ExportRequest {
   std::uint64_t budget_bytes = OpenOptions().budget_bytes;
 };
 
-/// The thread that called export_mesh() calls all of them.
-struct ExportWatch {
-  ProgressCallback progress = {};  ///< counts vertices and triangles
-  std::function<void(const std::string&)> warn = {};
-  /// Called when the files are complete, before they get their names. May throw: then there is no
-  /// file.
-  std::function<void()> before_publish = {};
-};
-
 struct ExportResult {
   std::filesystem::path file;  ///< the main file
   int level = 0;
@@ -71,14 +61,14 @@ struct ExportResult {
 ///   border of two patches is in both, with the same bits. .gltf has its numbers in a .bin beside
 ///   it. Positions of float64, and quantized ones, are relative to the translation of the node.
 ///   Normals have the length 1; if one has no direction, the file has none, and `warn` says so.
-/// After an error no file is left. Removes left-overs of killed runs with the same output.
-/// Errors: those of Store::open and of UnpublishedFile; kInvalidArgument for a name of no known
-/// format, for a level, a face or an attribute that the store does not have, for a box that no
-/// patch meets, for an attribute that the format cannot hold, for a file that exists without
-/// `replace`, and for more vertices, facets or bytes than the format can count; kCancelled; kIo,
-/// kNoSpace, kCorruption. Pinned by tests/tools/export_test.cpp and
-/// tests/tools/export_readers_test.py.
+/// Progress counts vertices and triangles. After an error no file is left. Removes left-overs of
+/// killed runs with the same output. Errors: those of Store::open and of UnpublishedFile;
+/// kInvalidArgument for a name of no known format, for a level, a face or an attribute that the
+/// store does not have, for a box that no patch meets, for an attribute that the format cannot
+/// hold, for a file that exists without `replace`, and for more vertices, facets or bytes than the
+/// format can count; kCancelled; kIo, kNoSpace, kCorruption. Pinned by tests/tools/export_test.cpp
+/// and tests/tools/export_readers_test.py.
 ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& backends,
-                         const ExportWatch& watch = {});
+                         const JobWatch& watch = {});
 
 PLAIT_END_NAMESPACE

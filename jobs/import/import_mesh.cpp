@@ -10,18 +10,18 @@
 #include <mutex>
 #include <utility>
 
-#include "base/byte_text.h"
 #include "base/caught.h"
 #include "base/stopwatch.h"
 #include "base/threads.h"
 #include "import/fine_mesh.h"
-#include "io/machine.h"
+#include "job_rules.h"
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "plait/extend/recode_attribute.h"
 #include "plait/extend/store_access.h"
+#include "plait/extend/thread_count.h"
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
 #include "plait/subdivide.h"
@@ -42,7 +42,7 @@ bool is_encoded_later(const RegisteredBackend& backend, const LevelPipelines& pi
 
 class Import {
  public:
-  Import(const ImportRequest& request, const BackendRegistry& backends, const ImportWatch& watch)
+  Import(const ImportRequest& request, const BackendRegistry& backends, const JobWatch& watch)
       : request_(request),
         backends_(backends),
         watch_(watch),
@@ -56,6 +56,7 @@ class Import {
     read();
     recover();
     result_.recover_seconds = clock_.lap();
+    if (watch_.before_files) watch_.before_files();
     make_new_store(request_.store, existing_, request_.durability, watch_.warn,
                    [&](const std::filesystem::path& path) { make_store(path); });
     result_.write_seconds = clock_.lap();
@@ -63,7 +64,9 @@ class Import {
   }
 
  private:
-  void tell(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 1) const {
+  void tell(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 1) {
+    if (watch_.step && phase != step_) watch_.step(phase);
+    step_ = phase;
     if (watch_.progress && !watch_.progress({phase, done, total}))
       throw Error(ErrorCode::kCancelled, fmt::format("import: cancelled, {}", phase));
   }
@@ -84,9 +87,10 @@ class Import {
 
   const ImportRequest& request_;
   const BackendRegistry& backends_;
-  const ImportWatch& watch_;
+  const JobWatch& watch_;
   const std::string source_;
   const Existing existing_;
+  std::string_view step_;
   Stopwatch clock_;
   FineMesh mesh_;
   RecoveredLevels found_;
@@ -104,10 +108,6 @@ void Import::check_request() const {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("import {}: expected precision float32 or float64, found {}", source_,
                             to_string(*request_.precision)));
-  if (request_.threads < 1 || request_.threads > 1024)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("import {}: {} threads, expected 1 to 1024", source_, request_.threads));
   if (request_.backend == kAutomaticBackend) return;
   const RegisteredBackend& backend = backends_.find(request_.backend);
   backend.check_machine();
@@ -116,22 +116,13 @@ void Import::check_request() const {
                 fmt::format("import {}: expected a backend that stores levels in files, found {}",
                             source_, request_.backend));
   if (request_.pipeline_of && !backend.traits.compressed)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("import {}: pipelines need a backend that compresses, such as "
-                            "compressed, found backend {}",
-                            source_, request_.backend));
+    throw needs_compression("import " + source_, backend);
 }
 
 void Import::check_memory(std::uint64_t vertices, std::uint64_t attribute_bytes) {
   result_.memory_bytes = vertices * import_bytes_per_vertex(attribute_bytes);
-  const std::uint64_t available = available_memory_bytes();
-  if (!request_.ignore_size && result_.memory_bytes > available)
-    throw Error(
-        ErrorCode::kOutOfMemory,
-        fmt::format("import {}: {} vertices need {} of memory beside the budget, and {} are "
-                    "available",
-                    source_, vertices, format_bytes(result_.memory_bytes),
-                    format_bytes(available)));
+  plait::check_memory(fmt::format("import {}: {} vertices, beside the budget", source_, vertices),
+                      result_.memory_bytes, request_.ignore_size);
 }
 
 void Import::read() {
@@ -185,8 +176,8 @@ void Import::recover() {
   if (found_.failure) result_.next_level = sentence(found_);
   result_.levels = levels;
   result_.had_choice = found_.had_choice;
-  result_.base_level =
-      rebase_levels(levels, mesh_.attributes[0].schema.record_bytes(), request_.max_slot_bytes);
+  result_.base_level = rebase_levels(levels, mesh_.attributes[0].schema.record_bytes(),
+                                     request_.max_slot_bytes.value_or(kLargestSlotBytes));
 }
 
 StoreOptions Import::options_of_store() {
@@ -325,8 +316,10 @@ void Import::encode_anew(Store& store) {
 }  // namespace
 
 ImportResult import_mesh(const ImportRequest& request, const BackendRegistry& backends,
-                         const ImportWatch& watch) try {
-  return Import(request, backends, watch).run();
+                         const JobWatch& watch) try {
+  ImportRequest counted = request;
+  counted.threads = thread_count(request.threads, "import " + request.mesh.native());
+  return Import(counted, backends, watch).run();
 } catch (const std::bad_alloc&) {
   throw out_of_memory("import " + request.mesh.native());
 }

@@ -261,7 +261,7 @@ JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::
     request.to = store;
     request.budget_bytes = options.budget_bytes;
     request.replace = options.replace;
-    ConversionWatch watch;
+    JobWatch watch;
     watch.progress = options.progress;
     watch.warn = options.warn;
     convert(request, backends, backends, watch);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/default_arithmetic.h"
+#include "job_rules.h"
 #include "mesh/narrowing.h"
 #include "parts/calibrate.h"
 #include "parts/cuts.h"
@@ -21,7 +22,6 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::uint64_t kLargestSlotBytes = 16 << 10;  // as a SubdivisionJob has it
 constexpr double kNsPerPointWithNormals = 8;
 
 StoreUuid random_uuid() {

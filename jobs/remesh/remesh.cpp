@@ -6,15 +6,15 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/byte_text.h"
 #include "base/stopwatch.h"
 #include "import/fine_mesh.h"
-#include "io/machine.h"
+#include "job_rules.h"
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/attributed_mesh.h"
+#include "plait/extend/thread_count.h"
 #include "plait/store.h"
 #include "remesh/base_samples.h"
 #include "remesh/sampled_surface.h"
@@ -49,7 +49,7 @@ void leave_out_own_names(std::vector<MeshAttribute>& attributes, bool distances,
 
 class ScanRun {
  public:
-  ScanRun(const RemeshRequest& request, const BackendRegistry& backends, const RemeshWatch& watch)
+  ScanRun(const RemeshRequest& request, const BackendRegistry& backends, const JobWatch& watch)
       : request_(request), backends_(backends), watch_(watch), progress_(watch.progress) {}
 
   RemeshReport run() {
@@ -74,7 +74,7 @@ class ScanRun {
 
   const RemeshRequest& request_;
   const BackendRegistry& backends_;
-  const RemeshWatch& watch_;
+  const JobWatch& watch_;
   ScanProgress progress_;
   RemeshReport report_;
   Surface scan_;
@@ -108,13 +108,9 @@ void ScanRun::check_memory(std::uint64_t scan_faces) const {
   const std::uint64_t needed = scan_faces * kBytesPerScanFace +
                                (base_faces << (2 * request_.levels)) * kBytesPerSmallFace +
                                request_.options.budget_bytes;
-  const std::uint64_t found = available_memory_bytes();
-  if (request_.ignore_size || needed <= found) return;
-  throw Error(ErrorCode::kOutOfMemory,
-              fmt::format("remesh {}: expected {} of memory for {} faces and {} small faces, found "
-                          "{}",
-                          request_.scan.native(), format_bytes(needed), scan_faces,
-                          base_faces << (2 * request_.levels), format_bytes(found)));
+  plait::check_memory(fmt::format("remesh {}: {} faces and {} small faces", request_.scan.native(),
+                                  scan_faces, base_faces << (2 * request_.levels)),
+                      needed, request_.ignore_size);
 }
 
 void ScanRun::read_scan() {
@@ -150,6 +146,7 @@ void ScanRun::read_scan() {
 
 void ScanRun::make_store() {
   const Stopwatch clock;
+  if (watch_.before_files) watch_.before_files();
   make_new_store(request_.store, request_.replace ? Existing::kReplace : Existing::kRefuse,
                  request_.options.durability, watch_.warn, [&](const std::filesystem::path& path) {
                    write_store(path);
@@ -197,15 +194,13 @@ void ScanRun::measure() {
 }  // namespace
 
 RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
-                    const RemeshWatch& watch) {
+                    const JobWatch& watch) {
   return with_memory_errors("remesh " + request.scan.native(), [&] {
-    // TBB takes other numbers for one of its own choice.
-    if (request.threads < 1)
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("remesh: threads: expected 1 or more, found {}", request.threads));
+    RemeshRequest counted = request;
+    counted.threads = thread_count(request.threads, "remesh");
     RemeshReport report;
-    tbb::task_arena(request.threads).execute([&] {
-      report = ScanRun(request, backends, watch).run();
+    tbb::task_arena(counted.threads).execute([&] {
+      report = ScanRun(counted, backends, watch).run();
     });
     return report;
   });

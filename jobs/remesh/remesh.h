@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,8 +12,8 @@
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
+#include "plait/job.h"
 #include "plait/options.h"
-#include "plait/progress.h"
 #include "sample/area_spread.h"
 #include "surface/repair.h"
 
@@ -78,16 +77,12 @@ struct RemeshReport {
          relax_seconds = 0, untangle_seconds = 0, write_seconds = 0, report_seconds = 0;
 };
 
-struct RemeshWatch {
-  /// Counts thousandths of the whole work; the phase is one of its steps.
-  ProgressCallback progress = {};
-  std::function<void(const std::string&)> warn = {};
-};
-
 /// Makes the store: attribute "position" (3 x float32 or float64) on all levels, at points of the
 /// scan, and the vertex attributes of a PLY file there (remesh/scan_attributes.h). If small
 /// triangles stay turned over, attribute "turned" (uint8) is 1 at their corners and 0 elsewhere.
 /// After an error there is no new store.
+///
+/// Progress counts thousandths of the whole work; there are no other steps.
 ///
 /// The same scan and request give the same bits for any number of threads. Memory: about 200 bytes
 /// for each face of the scan and 140 for each small face, and the budget. Errors: those of
@@ -95,6 +90,6 @@ struct RemeshWatch {
 /// fit, and with refuse_turned; kOutOfMemory before the work begins; kCancelled. Pinned by
 /// tests/jobs/remesh_test.cpp.
 RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
-                    const RemeshWatch& watch = {});
+                    const JobWatch& watch = {});
 
 PLAIT_END_NAMESPACE

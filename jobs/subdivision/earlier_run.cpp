@@ -31,47 +31,42 @@ class Comparison {
   void representation() {
     const StoreOptions& has = store_.options();
     if (request_.backend && *request_.backend != kAutomaticBackend)
-      same(SubdivisionField::kBackend, "backend", *request_.backend, has.backend);
+      same("backend", "backend", *request_.backend, has.backend);
     if (request_.pipeline_of) pipelines();
     if (request_.layout && *request_.layout != LayoutKind::kAutomatic)
-      same(SubdivisionField::kLayout, "layout", to_string(*request_.layout),
-           store_.provenance().layout);
+      same("layout", "layout", to_string(*request_.layout), store_.provenance().layout);
     if (request_.block_bytes)
-      same(SubdivisionField::kBlockBytes, "block size", size_text(*request_.block_bytes),
-           size_text(has.block_bytes));
+      same("block", "block size", size_text(*request_.block_bytes), size_text(has.block_bytes));
   }
 
   void surface(bool has_levels) {
     const Provenance& provenance = store_.provenance();
     if (provenance.limit)
-      refuse_store(SubdivisionField::kExisting,
+      refuse_store("force",
                    "its positions are limit positions, and no subdivision can continue from these");
     if (store_.rounding(store_.attribute("position")))
-      refuse_store(SubdivisionField::kExisting,
+      refuse_store("force",
                    "its positions are rounded, and finer levels are made from exact "
                    "ones");
     else if (has_levels && provenance.scheme.empty())
-      refuse_store(SubdivisionField::kExisting, "it does not say which scheme made its levels");
+      refuse_store("force", "it does not say which scheme made its levels");
     else if (has_levels && request_.scheme)
-      same(SubdivisionField::kScheme, "scheme", to_string(*request_.scheme), provenance.scheme);
+      same("scheme", "scheme", to_string(*request_.scheme), provenance.scheme);
     else if (has_levels && !is_of_library(provenance.scheme))
-      refuse_store(SubdivisionField::kScheme,
-                   fmt::format("the scheme '{}' made its levels, which is none of the "
-                               "library: give the program's own scheme",
-                               provenance.scheme));
+      refuse_store("scheme", fmt::format("the scheme '{}' made its levels, which is none of the "
+                                         "library: give the program's own scheme",
+                                         provenance.scheme));
     if (request_.precision)
-      same(SubdivisionField::kPrecision, "precision", to_string(*request_.precision),
+      same("precision", "precision", to_string(*request_.precision),
            to_string(position_.schema.type));
     if (position_.finest_level > request_.levels)
-      refuse_store(SubdivisionField::kLevels,
-                   fmt::format("expected level {} at most, found level {}", request_.levels,
-                               position_.finest_level));
+      refuse_store("levels", fmt::format("expected level {} at most, found level {}",
+                                         request_.levels, position_.finest_level));
     if (store_.has_attribute("normal") && position_.finest_level < request_.levels &&
         !request_.normals)
-      refuse_store(SubdivisionField::kNormals,
-                   fmt::format("it has normals of level {}, which do not fit a finer "
-                               "level: ask for normals, so that new ones are computed",
-                               position_.finest_level));
+      refuse_store("normals", fmt::format("it has normals of level {}, which do not fit a finer "
+                                          "level: ask for normals, so that new ones are computed",
+                                          position_.finest_level));
     base_level();
   }
 
@@ -81,7 +76,7 @@ class Comparison {
     const int asked =
         rebase_levels(request_.levels, position_.schema.record_bytes(), *request_.max_slot_bytes);
     if (asked != store_.base_level())
-      refuse_store(SubdivisionField::kMaxSlotBytes,
+      refuse_store("max-slot",
                    fmt::format("for slots of at most {}, the base mesh would be refined {} times, "
                                "but in the store it is refined {} times: leave the option out",
                                size_text(*request_.max_slot_bytes), asked, store_.base_level()));
@@ -96,19 +91,19 @@ class Comparison {
         if (const Pipeline& asked = pipelines.of(level),
             &found = StoreAccess::level_file(store_, id, level).pipeline;
             found.with_recipe({}) != asked.with_recipe({}))
-          return same(SubdivisionField::kPipelines, "pipeline", asked.to_text(), found.to_text());
+          return same("compress", "pipeline", asked.to_text(), found.to_text());
     }
   }
 
-  void same(SubdivisionField field, std::string_view name, std::string_view asked,
+  void same(std::string_view option, std::string_view name, std::string_view asked,
             std::string_view found) {
     if (asked != found)
-      refuse_store(field, fmt::format("the request has {} {}, but the store has {}: leave the "
-                                      "option out, or convert the store",
-                                      name, asked, found));
+      refuse_store(option, fmt::format("the request has {} {}, but the store has {}: leave the "
+                                       "option out, or convert the store",
+                                       name, asked, found));
   }
-  void refuse_store(SubdivisionField field, const std::string& reason) {
-    refuse(plan_, field, ErrorCode::kInvalidArgument,
+  void refuse_store(std::string_view option, const std::string& reason) {
+    refuse(plan_, option, ErrorCode::kInvalidArgument,
            fmt::format("resume {}: {}", store_.path().native(), reason));
   }
 
@@ -159,7 +154,7 @@ void check_same_mesh(const Store& store, const BaseMesh& mesh, SubdivisionPlan& 
                           [](const Vector3<double>& a, const Vector3<double>& b) {
                             return a.x == b.x && a.y == b.y && a.z == b.z;
                           }))
-    refuse(plan, SubdivisionField::kMesh, ErrorCode::kInvalidArgument,
+    refuse(plan, "input", ErrorCode::kInvalidArgument,
            fmt::format("resume {}: the store was made from another mesh than the given one",
                        store.path().native()));
 }

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "job_rules.h"
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "schemes/table.h"
@@ -25,17 +26,16 @@ LayoutKind layout_of(const SubdivisionRequest& request, ExecutorKind executor) {
 
 void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
   if (!plan.commits_levels) return;
-  const auto refuse_it = [&](SubdivisionField field, const char* why) {
-    refuse(plan, field, ErrorCode::kInvalidArgument,
+  const auto refuse_it = [&](std::string_view option, const char* why) {
+    refuse(plan, option, ErrorCode::kInvalidArgument,
            fmt::format("subdivide: a run that can be resumed {}", why));
   };
-  if (!plan.keeps_store)
-    refuse_it(SubdivisionField::kBackend, "needs a backend that stores levels in files");
+  if (!plan.keeps_store) refuse_it("backend", "needs a backend that stores levels in files");
   if (plan.subdivide.executor == ExecutorKind::kFused)
-    refuse_it(SubdivisionField::kExecutor,
+    refuse_it("executor",
               "needs an executor that makes one level after another (sweep, transparent)");
   if (request.limit)
-    refuse_it(SubdivisionField::kLimit,
+    refuse_it("limit",
               "cannot make limit positions, because no subdivision can continue from these");
 }
 
@@ -63,7 +63,7 @@ void choose_pipelines(const SubdivisionRequest& request, const RegisteredBackend
   }
   if (request.existing == ExistingStore::kResume &&
       backend.needs_other_blocks(request.pipeline_of(position), position))
-    refuse(plan, SubdivisionField::kPipelines, ErrorCode::kInvalidArgument,
+    refuse(plan, "compress", ErrorCode::kInvalidArgument,
            fmt::format("subdivide: a run that can be resumed needs blocks that are encoded without "
                        "other blocks, found pipeline {}",
                        request.pipeline_of(position).to_text()));
@@ -73,7 +73,7 @@ void choose_pipelines(const SubdivisionRequest& request, const RegisteredBackend
 void check_limit(const SubdivisionRequest& request, SubdivisionPlan& plan) {
   if (!request.limit || plan.commits_levels) return;
   if (const SchemeTraits scheme = traits_of(plan.subdivide.scheme); !scheme.has_limits)
-    refuse(plan, SubdivisionField::kLimit, ErrorCode::kNotSupported,
+    refuse(plan, "limit", ErrorCode::kNotSupported,
            fmt::format("subdivide: scheme {} has no limit positions", scheme.name));
 }
 
@@ -86,26 +86,26 @@ void check_bound(const SubdivisionRequest& request, const AttributeSchema& schem
   try {
     const Rounder takes_it(schema, *bound, corners);
   } catch (const Error& error) {
-    refuse(plan, SubdivisionField::kMaxErrors, error.code(),
-           fmt::format("subdivide: {}", error.what()));
+    refuse(plan, "max-error", error.code(), fmt::format("subdivide: {}", error.what()));
   }
 }
 
 }  // namespace
 
-void refuse(SubdivisionPlan& plan, SubdivisionField field, ErrorCode code, std::string reason) {
-  plan.refusals.push_back({field, code, std::move(reason)});
+void refuse(SubdivisionPlan& plan, std::string_view option, ErrorCode code, std::string reason) {
+  plan.refusals.push_back({std::string(option), code, std::move(reason)});
 }
 
 void throw_refusal(const SubdivisionPlan& plan) {
   if (plan.refusals.empty()) return;
-  throw Error(plan.refusals.front().code, plan.refusals.front().reason);
+  const SubdivisionRefusal& first = plan.refusals.front();
+  throw JobError(first.code, first.reason, first.option);
 }
 
 SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendRegistry& backends) {
   SubdivisionPlan plan;
   if (request.existing == ExistingStore::kResume && !request.max_errors.empty())
-    refuse(plan, SubdivisionField::kMaxErrors, ErrorCode::kInvalidArgument,
+    refuse(plan, "max-error", ErrorCode::kInvalidArgument,
            "subdivide: a run that can be resumed cannot round records, because finer levels are "
            "made from exact ones: round a copy of the finished store");
   plan.backend_reason = "given by the user";
@@ -144,14 +144,14 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   check_resumable(request, plan);
   check_limit(request, plan);
   if (plan.precision != ComponentType::kFloat32 && plan.precision != ComponentType::kFloat64)
-    refuse(plan, SubdivisionField::kPrecision, ErrorCode::kInvalidArgument,
+    refuse(plan, "precision", ErrorCode::kInvalidArgument,
            fmt::format("subdivide: expected precision float32 or float64, found {}",
                        to_string(plan.precision)));
   if (request.weld && !std::holds_alternative<std::filesystem::path>(request.mesh))
     refuse(plan, SubdivisionField::kMesh, ErrorCode::kInvalidArgument,
            "subdivide: expected a file to weld, found a mesh whose faces are connected");
   if (plan.keeps_store && request.store.empty())
-    refuse(plan, SubdivisionField::kStore, ErrorCode::kInvalidArgument,
+    refuse(plan, "output", ErrorCode::kInvalidArgument,
            "subdivide: expected a name for the store, found none; only a backend without files "
            "needs none");
   if (plan.refusals.empty() && !plan.keeps_store && !request.store.empty())
@@ -163,22 +163,21 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
 void check_compression(const SubdivisionRequest& request, const BackendRegistry& backends,
                        SubdivisionPlan& plan) {
   if (!request.pipeline_of) return;
-  if (backends.find(plan.store.backend).traits.compressed) return;
-  refuse(plan, SubdivisionField::kBackend, ErrorCode::kInvalidArgument,
-         fmt::format("subdivide: pipelines need a backend that compresses, such as compressed, "
-                     "found backend {}",
-                     plan.store.backend));
+  const RegisteredBackend& backend = backends.find(plan.store.backend);
+  if (backend.traits.compressed) return;
+  const JobError refusal = needs_compression("subdivide", backend);
+  refuse(plan, refusal.option(), refusal.code(), refusal.what());
 }
 
 void check_bounds(const SubdivisionRequest& request, const BaseMesh& mesh, SubdivisionPlan& plan) {
   for (const auto& [name, bound] : request.max_errors.all())
     if (name != "position" && !(name == "normal" && request.normals))
-      refuse(plan, SubdivisionField::kMaxErrors, ErrorCode::kInvalidArgument,
+      refuse(plan, "max-error", ErrorCode::kInvalidArgument,
              fmt::format("subdivide: expected error bounds of {}, found one of '{}'{}",
                          request.normals ? "position and normal" : "position", name,
                          name == "normal" ? ", which is not asked for" : ""));
   if (request.verify && request.max_errors.empty())
-    refuse(plan, SubdivisionField::kVerify, ErrorCode::kInvalidArgument,
+    refuse(plan, "max-error", ErrorCode::kInvalidArgument,
            "subdivide: expected an error bound to verify, found none");
   check_bound(request, {"position", ComponentType::kFloat64, 3}, std::as_bytes(mesh.positions()),
               plan);
@@ -196,8 +195,7 @@ void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan) {
     std::error_code ignored;
     const bool taken =
         std::filesystem::exists(std::filesystem::symlink_status(request.store, ignored));
-    refuse(plan, taken && !replaces ? SubdivisionField::kExisting : SubdivisionField::kStore,
-           error.code(), error.what());
+    refuse(plan, taken && !replaces ? "force" : "output", error.code(), error.what());
   }
 }
 

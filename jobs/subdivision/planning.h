@@ -2,13 +2,14 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "plait/subdivision_job.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-void refuse(SubdivisionPlan& plan, SubdivisionField field, ErrorCode code, std::string reason);
-/// Throws the first refusal as an Error, if the plan has one.
+void refuse(SubdivisionPlan& plan, std::string_view option, ErrorCode code, std::string reason);
+/// Throws the first refusal as a JobError, if the plan has one.
 void throw_refusal(const SubdivisionPlan& plan);
 
 /// Returns a plan without an earlier run and without a mesh. Errors: those of backends.find and of

@@ -45,21 +45,21 @@ bool PlannedRun::tell(const Progress& now) const {
   return true;
 }
 
-void PlannedRun::enter(SubdivisionStep step) {
+void PlannedRun::enter(std::string_view step) {
   if (watch_.step) watch_.step(step);
-  tell({to_string(step), 0, 1});
+  tell({step, 0, 1});
 }
 
 BaseMesh PlannedRun::make_base(BaseMesh mesh) {
   Stopwatch clock;
-  enter(SubdivisionStep::kBaseMesh);
+  enter("base mesh");
   if (plan_.base_level > 0)
     mesh = rebase(mesh, plan_.base_level, plan_.subdivide.scheme, plan_.precision);
   result_.import_seconds = plan_.import_seconds;
   result_.base = figures_of(mesh);
   result_.refine_seconds = clock.lap();
 
-  enter(SubdivisionStep::kLayout);
+  enter("layout");
   LaidOutMesh laid_out = lay_out(mesh, plan_.layout);
   result_.layout_seconds = clock.lap();
   result_.spans = laid_out.spans;
@@ -86,14 +86,15 @@ void PlannedRun::create_store(BaseMesh base) {
 }
 
 void PlannedRun::commit() {
-  enter(SubdivisionStep::kCommit);
+  enter("commit");
   const Stopwatch clock;
   store_->commit();
   result_.commit_seconds += clock.seconds();
 }
 
 void PlannedRun::open_store(BaseMesh base) {
-  enter(SubdivisionStep::kLevels);
+  enter("levels");
+  if (watch_.before_files) watch_.before_files();
   const Stopwatch clock;
   if (!store_) create_store(std::move(base));
   tell_notices(*store_, watch_.warn);
@@ -127,7 +128,7 @@ void PlannedRun::encode_anew() {
 }
 
 void PlannedRun::encode_anew(AttributeId id, const LevelPipelines& pipelines) {
-  enter(SubdivisionStep::kEncode);
+  enter("encode");
   const std::string name = store_->attributes()[id].schema.name;
   RecodeOptions options;
   options.bound = request_.max_errors.of(name);
@@ -172,7 +173,7 @@ void PlannedRun::make_levels() {
 
 void PlannedRun::read_back() {
   if (!request_.digest) return;
-  enter(SubdivisionStep::kDigest);
+  enter("digest");
   const Stopwatch clock;
   DigestOptions options;
   options.threads = request_.threads;
@@ -186,7 +187,7 @@ void PlannedRun::publish() {
     result_.in_memory = std::move(store_);
     return;
   }
-  enter(SubdivisionStep::kPublish);
+  enter("publish");
   result_.store = output_ ? output_->final_path() : store_->path();
   store_->close();
   if (output_) output_->publish(plan_.store.durability == Durability::kCommit);

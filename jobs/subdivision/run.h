@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "plait/store.h"
 #include "plait/subdivision_job.h"
@@ -16,7 +17,7 @@ class PlannedRun {
   /// `store` is the store of the earlier run, or empty; the run sets it to its own store. The
   /// arguments must outlive this object.
   PlannedRun(const SubdivisionRequest& request, const BackendRegistry& backends,
-             SubdivisionPlan& plan, std::optional<Store>& store, const SubdivisionWatch& watch)
+             SubdivisionPlan& plan, std::optional<Store>& store, const JobWatch& watch)
       : request_(request), backends_(backends), plan_(plan), watch_(watch), store_(store) {}
 
   // The steps, in their order.
@@ -33,7 +34,7 @@ class PlannedRun {
  private:
   /// Calls the progress callback. Returns true. Errors: kCancelled if the callback returns false.
   bool tell(const Progress& now) const;
-  void enter(SubdivisionStep step);
+  void enter(std::string_view step);
 
   void create_store(BaseMesh base);
   void commit();
@@ -44,7 +45,7 @@ class PlannedRun {
   const SubdivisionRequest& request_;
   const BackendRegistry& backends_;
   SubdivisionPlan& plan_;
-  const SubdivisionWatch& watch_;
+  const JobWatch& watch_;
   std::optional<UnpublishedStore> output_;  ///< of a new store, unless the job commits levels
   std::optional<Store>& store_;
   SubdivisionResult result_;

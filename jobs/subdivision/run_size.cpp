@@ -9,6 +9,7 @@
 #include "base/byte_text.h"
 #include "io/machine.h"
 #include "io/unpublished.h"
+#include "job_rules.h"
 #include "plait/error.h"
 #include "schemes/table.h"
 #include "store/left_overs.h"
@@ -35,7 +36,7 @@ std::uint64_t sum(std::uint64_t a, std::uint64_t b) {
 
 void refuse_size(SubdivisionPlan& plan, ErrorCode code, const std::string& what,
                  std::uint64_t needed, std::uint64_t found) {
-  refuse(plan, SubdivisionField::kSize, code,
+  refuse(plan, "ignore-size", code,
          fmt::format("subdivide: {}: expected {}, found {}", what, format_bytes(needed),
                      format_bytes(found)));
 }
@@ -92,11 +93,11 @@ void check_memory(SubdivisionPlan& plan, const BackendTraits& backend) {
   size.memory_bytes = sum(size.base_mesh_bytes,
                           backend.durable ? std::min(size.level_bytes, plan.store.budget_bytes)
                                           : sum(size.level_bytes, size.rounded_bytes));
-  if (const std::uint64_t found = available_memory_bytes(); size.memory_bytes > found)
-    refuse_size(plan, ErrorCode::kOutOfMemory,
-                fmt::format("memory for level {} ({} for the base mesh)", plan.subdivide.levels,
-                            format_bytes(size.base_mesh_bytes)),
-                size.memory_bytes, found);
+  if (const auto refusal =
+          lacks_memory(fmt::format("subdivide: memory for level {} ({} for the base mesh)",
+                                   plan.subdivide.levels, format_bytes(size.base_mesh_bytes)),
+                       size.memory_bytes))
+    refuse(plan, refusal->option(), refusal->code(), refusal->what());
 }
 
 void check_disk(SubdivisionPlan& plan, const BackendTraits& backend,

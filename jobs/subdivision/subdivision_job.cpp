@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "job_rules.h"
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
 #include "plait/error.h"
@@ -19,8 +20,6 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-constexpr std::uint64_t kMaxSlotBytes = 16 << 10;
 
 BaseMesh mesh_of_file(const std::filesystem::path& file, const SubdivisionRequest& request,
                       SubdivisionPlan& plan) {
@@ -46,26 +45,6 @@ std::uint64_t seam_vertices_of(const BaseMesh& mesh) {
 }
 
 }  // namespace
-
-std::string_view to_string(SubdivisionStep step) noexcept {
-  switch (step) {
-    case SubdivisionStep::kBaseMesh:
-      return "base mesh";
-    case SubdivisionStep::kLayout:
-      return "layout";
-    case SubdivisionStep::kLevels:
-      return "levels";
-    case SubdivisionStep::kEncode:
-      return "encode";
-    case SubdivisionStep::kCommit:
-      return "commit";
-    case SubdivisionStep::kDigest:
-      return "digest";
-    case SubdivisionStep::kPublish:
-      return "publish";
-  }
-  return "unknown";
-}
 
 double SubdivisionResult::ns_per_vertex() const {
   const std::uint64_t made = plan.level_counts.back().vertices - plan.level_counts.front().vertices;
@@ -112,7 +91,7 @@ void SubdivisionJob::Implementation::read_mesh() {
 void SubdivisionJob::Implementation::plan_mesh() {
   if (!store)
     plan.base_level = rebase_levels(request.levels, 3 * component_bytes(plan.precision),
-                                    request.max_slot_bytes.value_or(kMaxSlotBytes));
+                                    request.max_slot_bytes.value_or(kLargestSlotBytes));
   plan.size = size_of_run(mesh, request, plan);
   if (plan.store.backend == kAutomaticBackend) {
     BackendChoice choice =
@@ -146,7 +125,7 @@ SubdivisionJob::~SubdivisionJob() = default;
 
 const SubdivisionPlan& SubdivisionJob::plan() const { return implementation_->plan; }
 
-SubdivisionResult SubdivisionJob::run(const SubdivisionWatch& watch) try {
+SubdivisionResult SubdivisionJob::run(const JobWatch& watch) try {
   Implementation& job = *implementation_;
   if (std::exchange(job.was_run, true))
     throw Error(ErrorCode::kBadState, "subdivide: this job has already run: make another job");

@@ -20,7 +20,7 @@ from .errors import (AlreadyExists, BadState, Busy, Cancelled, Damaged, Error, I
                      InternalError, InvalidArgument, NoSpace, NoSuchAttribute, NoSuchLevel, NotFound,
                      NotSupported, OutOfMemory, TooLarge)
 from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, compare,
-                   convert, import_mesh, remesh, subdivide, verify)
+                   convert, export, import_mesh, join, part, plan, remesh, subdivide, verify)
 from .mesh import Mesh, triangles
 from .store import Store
 from .store import open_store as open  # plait.open, as numpy has load and h5py has File
@@ -51,6 +51,6 @@ __all__ = [
     "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "Input", "InputOutputError", "InternalError",
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NoSuchLevel", "NotFound",
     "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
-    "VerifyReport", "Vertices", "build_info", "compare", "convert", "create", "import_mesh", "load_plugin",
-    "open", "remesh", "subdivide",
+    "VerifyReport", "Vertices", "build_info", "compare", "convert", "create", "export", "import_mesh", "join", "load_plugin",
+    "open", "part", "plan", "remesh", "subdivide",
     "triangles", "verify"]

@@ -70,14 +70,9 @@ _STATUS = {
     "plait_patch_writer_write_patch": [c_void_p, c_char_p, c_uint32, c_int32, c_void_p, c_uint64],
     "plait_patch_writer_write_level": [c_void_p, c_char_p, c_uint32, c_int32, c_void_p, c_uint64],
     "plait_patch_writer_finish": [c_void_p],
-    "plait_job_compare": [POINTER(types.plait_comparison_request),
-                          POINTER(types.plait_comparison_result)],
-    "plait_job_import": [POINTER(types.plait_import_request), POINTER(types.plait_import_result)],
-    "plait_job_remesh": [POINTER(types.plait_remesh_request), POINTER(types.plait_remesh_result)],
-    "plait_job_subdivide": [POINTER(types.plait_subdivision_request),
-                            POINTER(types.plait_subdivision_result)],
-    "plait_job_convert": [POINTER(types.plait_conversion_request),
-                          POINTER(types.plait_conversion_result)],
+    "plait_job_options": [c_char_p, _out],
+    "plait_job_run": [c_char_p, POINTER(c_char_p), c_uint64, types.plait_progress,
+                      types.plait_warning, c_void_p, _out],
 }
 # Functions that return nothing.
 _NOTHING = {
@@ -85,8 +80,9 @@ _NOTHING = {
     "plait_reader_close": [c_void_p],
     "plait_patch_writer_close": [c_void_p],
     "plait_pin_release": [c_void_p],
+    "plait_text_release": [c_void_p],
 }
-_TEXT = ["plait_version_string", "plait_build_info"]
+_TEXT = {"plait_version_string": [], "plait_build_info": [], "plait_text_string": [c_void_p]}
 
 
 def _checked(status, function, arguments):
@@ -104,8 +100,8 @@ for _name, _arguments in _NOTHING.items():
     _function = getattr(LIBRARY, _name)
     _function.argtypes = _arguments
     _function.restype = None
-for _name in _TEXT:
-    getattr(LIBRARY, _name).argtypes = []
+for _name, _arguments in _TEXT.items():
+    getattr(LIBRARY, _name).argtypes = _arguments
     getattr(LIBRARY, _name).restype = c_char_p
 
 
@@ -127,10 +123,13 @@ def path(value):
 
 
 def texts(values):
-    """An array of texts for the library, and how many they are."""
-    if values is None:
-        values = ()
-    elif isinstance(values, (str, int, float)):
-        values = (values,)
-    array = (c_char_p * max(1, len(values)))(*(text(value) for value in values))
-    return array, len(values)
+    """An array of texts for the library."""
+    return (c_char_p * max(1, len(values)))(*values)
+
+
+def taken_text(address):
+    """A text that a call has made, which ends here."""
+    try:
+        return LIBRARY.plait_text_string(address).decode(errors="replace")
+    finally:
+        LIBRARY.plait_text_release(address)

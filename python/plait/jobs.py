@@ -1,18 +1,21 @@
-"""Whole works: what the commands of the program do."""
+"""Whole works: what the commands of the program do.
 
-from ctypes import byref
+The library describes each job and its options (plait_job_options), so the functions here have the
+options of the program, with underscores for dashes, and pass_ for pass. An argument that is None stands for the default."""
+
+import inspect
+import json
+import keyword
+import os
+from ctypes import byref, c_void_p
 from typing import NamedTuple
 
-from . import _functions, _memory
+from . import _functions
 from . import _structures as types
-from ._functions import LIBRARY, text, texts
-from ._progress import Watch
+from ._functions import LIBRARY
+from ._progress import Watch, truth
 from .errors import InvalidArgument
 from .store import open_store
-
-_EXISTING = {"refuse": 0, "replace": 1, "resume": 2}
-_DURABILITY = {"commit": 0, "none": 1}
-_PRECISION = {None: 0, "auto": 0, "float32": types.FLOAT32, "float64": types.FLOAT64}
 
 
 class Subdivision(NamedTuple):
@@ -68,7 +71,7 @@ class Remeshing(NamedTuple):
     spread over one surface to the closest points of the other, 0 if samples is 0. area_spread: of
     the areas of the small faces within a base face, 99th percentile to 1st: nine of ten base faces
     have at most percentile_90, and share_within_4 of them at most 4. base_meshes: how many were
-    made, more than one only with refuse_turned."""
+    made, more than one only with no_foldover."""
 
     path: str
     scan_faces: int
@@ -105,8 +108,8 @@ class Distances(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What compare() measured. diagonal, mean_edge: of the first surface. there: from the first to
-    the second; back: from the second to the first."""
+    """What compare() measured. diagonal, mean_edge: of surface a. there: from a to b; back: from b
+    to a."""
 
     diagonal: float
     mean_edge: float
@@ -114,167 +117,165 @@ class Comparison(NamedTuple):
     back: Distances
 
 
-def chosen(what, value, choices):
-    """The number of a choice."""
-    try:
-        return choices[value]
-    except (KeyError, TypeError):
-        known = ", ".join(repr(name) for name in choices)
-        raise InvalidArgument(f"{what}: expected one of {known}, found {value!r}") from None
+def _described(job):
+    """What the library says of a job."""
+    made = c_void_p()
+    LIBRARY.plait_job_options(job.encode(), byref(made))
+    return json.loads(_functions.taken_text(made))
 
 
-def welded(weld):
-    """The members of a request for `weld`: None or False, True, or a tolerance."""
-    wanted = weld is not None and weld is not False
-    return {"weld": int(wanted), "weld_tolerance": 0.0 if not wanted or weld is True else weld}
+def _name(option):
+    name = option["name"].replace("-", "_")
+    return name + "_" if keyword.iskeyword(name) else name
 
 
-def subdivide(mesh, store, levels, *, scheme="loop", normals=False, limit=False, backend=None,
-              compress=(), max_error=(), layout=None, executor="auto", precision=None, weld=None,
-              block=None, max_slot=None, memory=None, threads=1, existing="refuse", durability="commit",
-              verify=False, digest=False, ignore_size=False, progress=None, warn=None):
-    """Refines the mesh of a file into a store, as `plait subdivide` does, and returns a named tuple
-    Subdivision.
+def _default(option):
+    """The value of Python that stands for the default of an option."""
+    text = option["default"]
+    if option["kind"] == "texts":
+        return ()
+    if option["kind"] == "flag":
+        return text == "true"
+    if text is None or option["kind"] in ("path", "text", "choice", "bytes"):
+        return text
+    if option["kind"] == "count":
+        return int(text) if text.isdigit() else None
+    return float(text)
 
-    mesh: a file: PLY, OBJ, OFF or STL, also .gz and .zst. store: the directory to make.
-    levels: the level to reach. normals, limit: also make unit normals; project positions to the
-    limit surface. backend, compress, max_error, layout, executor, precision, block, max_slot,
-    memory, threads: as the options of the program. precision: "float32", "float64" or "auto".
-    weld: True makes vertices of equal positions one, a number those at most so far apart.
-    existing: "refuse", "replace" or "resume".
+
+def _signature(described):
+    by_place = [option for option in described["options"] if option["position"] >= 0]
+    by_place += sorted((option for option in described["options"] if option["position"] < 0
+                        and (option["required"] or option["name"] in _BY_PLACE)),
+                       key=lambda option: not option["required"])
+    by_name = [option for option in described["options"] if option not in by_place]
+    last = max(at for at, option in enumerate(by_place) if option["required"])
+    parameters = [
+        inspect.Parameter(_name(option), inspect.Parameter.POSITIONAL_OR_KEYWORD,
+                          default=inspect.Parameter.empty if at <= last else _default(option))
+        for at, option in enumerate(by_place)]
+    parameters += [inspect.Parameter(_name(option), inspect.Parameter.KEYWORD_ONLY,
+                                     default=_default(option)) for option in by_name]
+    parameters += [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+                   for name in ("progress", "warn")]
+    return inspect.Signature(parameters)
+
+
+_BY_PLACE = ("levels", "level")  # options that may also be given without their names
+
+
+def _text(value):
+    """The text of an option, as bytes."""
+    if truth(value) is not None:
+        return b"true" if value else b"false"
+    if isinstance(value, (str, os.PathLike, bytes)):
+        return _functions.path(value)
+    if isinstance(value, (int, float)) or hasattr(value, "__index__"):
+        return str(value).encode()
+    raise InvalidArgument(f"expected a text or a number, found {value!r}")
+
+
+def _options(described, values):
+    """NAME=VALUE for each argument that the caller has given."""
+    given = []
+    for option in described["options"]:
+        value = values.get(_name(option))
+        if value is None:
+            continue
+        several = option["kind"] == "texts" and not isinstance(value, (str, bytes))
+        for each in value if several else (value,):
+            given.append(option["name"].encode() + b"=" + _text(each))
+    return given
+
+
+def _job(job, name, result, text):
+    """The function that runs a job. `result` makes what it returns of the report."""
+    described = _described(job)
+    signature = _signature(described)
+
+    def run(*arguments, **named):
+        bound = signature.bind(*arguments, **named).arguments
+        given = _options(described, bound)
+        report = c_void_p()
+        with Watch(job, bound.get("progress")) as watch:
+            LIBRARY.plait_job_run(job.encode(), _functions.texts(given), len(given),
+                                  watch.callback, watch.warning(bound.get("warn")), None,
+                                  byref(report))
+        return result(json.loads(_functions.taken_text(report)))
+
+    run.__name__ = run.__qualname__ = name
+    run.__signature__ = signature
+    lines = "\n".join(f"    {_name(option)}: {option['help']}." for option in described["options"])
+    run.__doc__ = f"""{text}
+
+{lines}
     progress: True for a bar, or a function of (phase, done, total) whose False cancels.
-    warn: a function of a text, told what was changed in the mesh; None: Python warns.
+    warn: a function of a text, told what was changed in the input; None: Python warns.
 
-    Ctrl-C cancels. After that and after an error nothing half-made is left; with "resume" the last
-    commit stays.
+    Sizes are numbers of bytes, or texts such as "64MiB". Ctrl-C cancels. After that and after an
+    error nothing half-made is left; with resume the last commit stays.
     """
-    compress_array, compress_count = texts(compress)
-    errors_array, error_count = texts(max_error)
-    result = types.plait_subdivision_result()
-    with Watch("subdivide", progress) as watch:
-        request = types.plait_subdivision_request(
-            mesh_path=_functions.path(mesh), store_path=_functions.path(store),
-            backend=text(backend), layout=text(layout), scheme=text(scheme),
-            executor=text(executor), compress=compress_array, compress_count=compress_count,
-            max_errors=errors_array, max_error_count=error_count,
-            block_bytes=_memory.bytes_of(block or 0), max_slot_bytes=_memory.bytes_of(max_slot or 0),
-            budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
-            warn=watch.warning(warn), levels=levels, threads=threads,
-            precision=chosen("precision", precision, _PRECISION),
-            existing=chosen("existing", existing, _EXISTING),
-            durability=chosen("durability", durability, _DURABILITY), normals=int(normals),
-            limit=int(limit), verify=int(verify), digest=int(digest), ignore_size=int(ignore_size),
-            **welded(weld))
-        LIBRARY.plait_job_subdivide(byref(request), byref(result))
-    return Subdivision(str(store), *(
-        getattr(result, name).decode() if name == "digest" else getattr(result, name)
-        for name in Subdivision._fields[1:]))
+    return run
 
 
-def convert(store, to, *, backend=None, compress=(), max_error=(), block=None, memory=None,
-            threads=1, existing="refuse", verify=False, progress=None, warn=None):
-    """Copies a store into another backend, compression or block size, as `plait convert` does, and
-    returns a named tuple Conversion. The copy is like the store in everything that no argument
-    changes.
-
-    backend, compress, max_error, block, memory, threads: as the options of the program.
-    existing: "refuse" or "replace". verify: read the copy back from the disk and compare it.
-    progress, warn, Ctrl-C: as for subdivide().
-    """
-    compress_array, compress_count = texts(compress)
-    errors_array, error_count = texts(max_error)
-    result = types.plait_conversion_result()
-    with Watch("convert", progress) as watch:
-        request = types.plait_conversion_request(
-            from_path=_functions.path(store), to_path=_functions.path(to), backend=text(backend),
-            compress=compress_array, compress_count=compress_count, max_errors=errors_array,
-            max_error_count=error_count, block_bytes=_memory.bytes_of(block or 0),
-            budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
-            warn=watch.warning(warn), threads=threads,
-            existing=chosen("existing", existing, {"refuse": 0, "replace": 1}), verify=int(verify))
-        LIBRARY.plait_job_convert(byref(request), byref(result))
-    return Conversion(str(to), result.from_stored_bytes, result.stored_bytes,
-                      result.digest.decode())
+def _filled(kind, report, **members):
+    """A named tuple from the members of a report; those that it does not have are in `members`."""
+    return kind(*(members[name] if name in members else report[name] for name in kind._fields))
 
 
-def import_mesh(mesh, store, levels=None, *, backend=None, compress=(), layout=None,
-                precision=None, weld=None, block=None, max_slot=None, memory=None, threads=1,
-                existing="refuse", durability="commit", ignore_size=False, progress=None,
-                warn=None):
-    """Makes a store of a file whose triangles are those of a coarser mesh, split into four again
-    and again, as `plait import` does, and returns a named tuple Import. The store has positions and
-    attributes with the bits of the file.
-
-    mesh: a file: PLY, OBJ, OFF or STL, also .gz and .zst. levels: so many; None: all that there
-    are. precision: "float32" or "float64"; None: as the file needs it. The other arguments are those of
-    subdivide().
-    """
-    compress_array, compress_count = texts(compress)
-    result = types.plait_import_result()
-    with Watch("import", progress) as watch:
-        request = types.plait_import_request(
-            mesh_path=_functions.path(mesh), store_path=_functions.path(store),
-            backend=text(backend), layout=text(layout), compress=compress_array,
-            compress_count=compress_count, block_bytes=_memory.bytes_of(block or 0),
-            max_slot_bytes=_memory.bytes_of(max_slot or 0),
-            budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
-            warn=watch.warning(warn), levels=levels or 0, threads=threads,
-            precision=chosen("precision", precision, _PRECISION),
-            existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
-            durability=chosen("durability", durability, _DURABILITY), ignore_size=int(ignore_size),
-            **welded(weld))
-        LIBRARY.plait_job_import(byref(request), byref(result))
-    return Import(str(store), *(
-        bool(result.had_choice) if name == "had_choice" else getattr(result, name)
-        for name in Import._fields[1:]))
+def _subdivision(report):
+    return _filled(Subdivision, report, path=report["store"] or "",
+                   digest=report.get("digest", ""), digest_seconds=report.get("digest_seconds", 0.0))
 
 
-def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refuse_turned=False,
-           distances=False, samples=1_000_000, precision=None, weld=None, backend=None, memory=None, threads=1,
-           existing="refuse", digest=False, ignore_size=False, progress=None, warn=None):
-    """Makes a store of a scan, which may be any triangle mesh, as `plait remesh` does, and returns
-    a named tuple Remeshing.
-
-    scan: a file: PLY, OBJ, OFF or STL, also .gz and .zst. faces: of the base mesh, at most.
-    levels: the finest level. min_component: removes components of fewer faces. fill_holes: fills
-    holes of at most so many edges. refuse_turned: makes base meshes anew, at most 8, while small
-    faces are turned over; an error if some stay. distances: adds attribute "distance", how far the
-    scan is from the store at each vertex, in the units of the scan. samples: points of the report
-    for each direction; 0 for no distances there. The other arguments are those of subdivide().
-    """
-    result = types.plait_remesh_result()
-    with Watch("remesh", progress) as watch:
-        request = types.plait_remesh_request(
-            scan_path=_functions.path(scan), store_path=_functions.path(store),
-            backend=text(backend), faces=faces, samples=samples, min_component=min_component,
-            fill_holes=fill_holes, budget_bytes=_memory.bytes_of(memory or 0),
-            progress=watch.callback, warn=watch.warning(warn), levels=levels, threads=threads,
-            existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
-            refuse_turned=int(refuse_turned), digest=int(digest), ignore_size=int(ignore_size),
-            distances=int(distances), precision=chosen("precision", precision, _PRECISION),
-            **welded(weld))
-        LIBRARY.plait_job_remesh(byref(request), byref(result))
-    return Remeshing(str(store), *(
-        result.digest.decode() if name == "digest" else getattr(result, name)
-        for name in Remeshing._fields[1:]))
+def _remeshing(report):
+    distances = {f"{way}_{name}": report.get(way, {}).get(name, 0.0)
+                 for way in ("scan_to_store", "store_to_scan") for name in ("rms", "max")}
+    spread = {f"area_spread_{name}": value for name, value in report["area_spread"].items()}
+    return _filled(Remeshing, report, path=report["store"],
+                   scan_faces=report["scan_figures"]["faces"],
+                   base_vertices=report["base_figures"]["vertices"],
+                   base_faces=report["base_figures"]["faces"], digest=report.get("digest", ""),
+                   **distances, **spread)
 
 
-def compare(first, second, level=None, *, samples=1_000_000, threads=1, progress=None, warn=None):
-    """Measures the distances between two surfaces, each a mesh file or a store, as `plait compare`
-    does, and returns a named tuple Comparison. Both have to fit in memory.
+def _distances(report):
+    return _filled(Distances, report, mean_angle=report["mean_normal_degrees"],
+                   percentile_99_angle=report["percentile_99_normal_degrees"])
 
-    level: of stores; None: the finest. samples: points on each surface.
-    """
-    result = types.plait_comparison_result()
-    with Watch("compare", progress) as watch:
-        request = types.plait_comparison_request(
-            first_path=_functions.path(first), second_path=_functions.path(second),
-            samples=samples, progress=watch.callback, warn=watch.warning(warn),
-            level=types.FINEST_LEVEL if level is None else level, threads=threads)
-        LIBRARY.plait_job_compare(byref(request), byref(result))
-    there, back = (Distances(*(getattr(each, name) for name in Distances._fields))
-                   for each in (result.there, result.back))
-    return Comparison(result.diagonal, result.mean_edge, there, back)
+
+def _comparison(report):
+    return Comparison(report["diagonal"], report["mean_edge"], _distances(report["a_to_b"]),
+                      _distances(report["b_to_a"]))
+
+
+subdivide = _job("subdivide", "subdivide", _subdivision,
+                 """Refines the mesh of a file into a store, as `plait subdivide` does: a named tuple Subdivision.""")
+convert = _job("convert", "convert", lambda report: _filled(Conversion, report, path=report["store"],
+                                                 digest=report.get("digest", "")),
+               """Copies a store, as `plait convert` does: a named tuple Conversion. The copy is like the store in
+    everything that no argument changes.""")
+import_mesh = _job("import", "import_mesh", lambda report: _filled(Import, report, path=report["store"]),
+                   """Makes a store of a file whose triangles are those of a coarser mesh, split into four again and
+    again, as `plait import` does: a named tuple Import. The store has positions and attributes with
+    the bits of the file.""")
+remesh = _job("remesh", "remesh", _remeshing,
+              """Makes a store of a scan, which may be any triangle mesh, as `plait remesh` does: a named tuple
+    Remeshing.""")
+compare = _job("compare", "compare", _comparison,
+               """Measures the distances between two surfaces, each a mesh file or a store, as `plait compare` does: a
+    named tuple Comparison. Both have to fit in memory.""")
+export = _job("export", "export", dict,
+              """Writes one level of a store, or a part of it, as a mesh file, as `plait export` does: a dict, that of
+    --json.""")
+plan = _job("plan", "plan", dict,
+            """Cuts a subdivision, or a pass over a store in shards, into parts that many machines can make, as
+    `plait plan` does: a dict, that of --json.""")
+part = _job("part", "part", dict,
+            """Makes one part of a plan, as `plait part` does: a dict, that of --json.""")
+join = _job("join", "join", dict,
+            """Makes a store, or the next version of one, of the parts of a plan, as `plait join` does: a dict, that of
+    --json. BadState lists parts that are missing or damaged.""")
 
 
 def verify(store, memory=types.DEFAULT_BUDGET_BYTES, progress=None):

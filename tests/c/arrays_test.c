@@ -182,26 +182,53 @@ static int cancel_work(const char* phase, uint64_t done, uint64_t total, void* u
   return 0;
 }
 
+/* Runs a job with these options, which end with NULL. Returns the report, which the caller ends. */
+static plait_status run(const char* job, const char* const* options, plait_progress progress,
+                        void* user, plait_text** report) {
+  uint64_t count = 0;
+  while (options[count] != NULL) ++count;
+  return plait_job_run(job, options, count, progress, NULL, user, report);
+}
+
+/* Whether a report has this member. */
+static int says(const plait_text* report, const char* name, const char* value) {
+  char member[128];
+  snprintf(member, sizeof(member), "\"%s\":%s", name, value);
+  return strstr(plait_text_string(report), member) != NULL;
+}
+
 static void test_conversion(const char* path, const char* digest) {
-  char copy[512];
-  snprintf(copy, sizeof(copy), "%s.copy", path);
-  plait_conversion_request request = PLAIT_CONVERSION_REQUEST_INIT;
-  request.from_path = path;
-  request.to_path = copy;
-  request.backend = "pread";
-  request.verify = 1;
-  request.progress = cancel_work;
-  request.existing = PLAIT_EXISTING_REPLACE; /* the test may have run before */
-  CHECK_ERROR(plait_job_convert(&request, NULL), PLAIT_ERROR_CANCELLED, "");
-  request.progress = NULL;
-  plait_conversion_result result = PLAIT_CONVERSION_RESULT_INIT;
-  CHECK_OK(plait_job_convert(&request, &result));
-  CHECK(strcmp(result.digest, digest) == 0 && result.stored_bytes > 0);
-  request.to_path = path;
-  CHECK_ERROR(plait_job_convert(&request, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "the same");
-  request.existing = PLAIT_EXISTING_RESUME;
-  CHECK_ERROR(plait_job_convert(&request, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "existing");
-  CHECK_ERROR(plait_job_convert(NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "request");
+  char input[512], output[512], quoted[64];
+  snprintf(input, sizeof(input), "input=%s", path);
+  snprintf(output, sizeof(output), "output=%s.copy", path);
+  /* The test may have run before. */
+  const char* options[] = {input, output, "backend=pread", "verify", "force", NULL, NULL};
+  CHECK_ERROR(run("convert", options, cancel_work, NULL, NULL), PLAIT_ERROR_CANCELLED, "");
+  plait_text* report = NULL;
+  CHECK_OK(run("convert", options, NULL, NULL, &report));
+  snprintf(quoted, sizeof(quoted), "\"%s\"", digest);
+  CHECK(says(report, "digest", quoted) && !says(report, "stored_bytes", "0"));
+  plait_text_release(report);
+  snprintf(output, sizeof(output), "output=%s", path);
+  CHECK_ERROR(run("convert", options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "the same");
+  options[5] = "resume";
+  CHECK_ERROR(run("convert", options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "max-error");
+  options[5] = "threads=1025";
+  CHECK_ERROR(run("convert", options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "threads");
+  options[5] = "force";
+  CHECK_ERROR(run("convert", options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "twice");
+  options[1] = NULL;
+  CHECK_ERROR(run("convert", options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "output");
+  CHECK_ERROR(plait_job_run("convert", NULL, 1, NULL, NULL, NULL, NULL),
+              PLAIT_ERROR_INVALID_ARGUMENT, "options");
+  CHECK_ERROR(run(NULL, options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "job");
+  CHECK_ERROR(run("copy", options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "subdivide");
+  CHECK_ERROR(plait_job_options("copy", &report), PLAIT_ERROR_INVALID_ARGUMENT, "subdivide");
+  CHECK_OK(plait_job_options("convert", &report));
+  CHECK(says(report, "name", "\"max-error\""));
+  plait_text_release(report);
+  CHECK(strcmp(plait_text_string(NULL), "") == 0);
+  plait_text_release(NULL);
 }
 
 /* `path`: a store that does not exist yet. */
@@ -213,37 +240,38 @@ static void test_job(const char* path) {
   if (file == NULL) return;
   fputs("OFF\n4 4 0\n1 1 1\n1 -1 -1\n-1 1 -1\n-1 -1 1\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n", file);
   fclose(file);
-  const char* const presets[] = {"fast", "@1=none"};
   int commits = 0;
-  plait_subdivision_request request = PLAIT_SUBDIVISION_REQUEST_INIT;
-  request.mesh_path = mesh;
-  request.store_path = path;
-  request.levels = LEVEL;
-  request.scheme = "midpoint";
-  request.compress = presets;
-  request.compress_count = 2;
-  request.digest = 1;
-  request.progress = cancel_work;
-  CHECK_ERROR(plait_job_subdivide(&request, NULL), PLAIT_ERROR_CANCELLED, "");
+  char input[520], output[520], levels[32];
+  snprintf(input, sizeof(input), "input=%s", mesh);
+  snprintf(output, sizeof(output), "output=%s", path);
+  snprintf(levels, sizeof(levels), "levels=%d", LEVEL);
+  const char* options[] = {
+      input,         output, levels, "scheme=midpoint", "compress=fast", "compress=@1=none",
+      "digest=true", NULL,   NULL};
+  CHECK_ERROR(run("subdivide", options, cancel_work, NULL, NULL), PLAIT_ERROR_CANCELLED, "");
   plait_store* store = NULL;
   CHECK(plait_store_open(path, NULL, &store) == PLAIT_ERROR_NOT_FOUND);
-  request.progress = note_phase;
-  request.user = &commits;
-  plait_subdivision_result result = PLAIT_SUBDIVISION_RESULT_INIT;
-  CHECK_OK(plait_job_subdivide(&request, &result));
-  CHECK(result.vertices == 2 + 2 * SIZE * SIZE && result.faces == 4 * SIZE * SIZE);
-  CHECK(result.edges == 6 * SIZE * SIZE && result.levels == LEVEL && commits >= 1);
+  plait_text* report = NULL;
+  CHECK_OK(run("subdivide", options, note_phase, &commits, &report));
+  char number[32];
+  snprintf(number, sizeof(number), "%d", 2 + 2 * SIZE * SIZE);
+  CHECK(says(report, "vertices", number));
+  snprintf(number, sizeof(number), "%d", 4 * SIZE * SIZE);
+  CHECK(says(report, "faces", number));
+  snprintf(number, sizeof(number), "%d", LEVEL);
+  CHECK(says(report, "levels", number) && commits >= 1);
   CHECK_OK(plait_store_open(path, NULL, &store));
   char digest[PLAIT_DIGEST_BYTES];
   CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, digest));
-  CHECK(strcmp(digest, result.digest) == 0);
+  CHECK(strstr(plait_text_string(report), digest) != NULL);
+  plait_text_release(report);
   CHECK_OK(plait_store_close(store));
-  CHECK_ERROR(plait_job_subdivide(&request, &result), PLAIT_ERROR_INVALID_ARGUMENT, "exist");
+  CHECK_ERROR(run("subdivide", options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT,
+              "force replaces");
   test_conversion(path, digest);
-  request.existing = PLAIT_EXISTING_REPLACE;
-  request.scheme = "soap";
-  CHECK_ERROR(plait_job_subdivide(&request, &result), PLAIT_ERROR_INVALID_ARGUMENT, "soap");
-  CHECK_ERROR(plait_job_subdivide(NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "request");
+  options[3] = "scheme=soap";
+  options[7] = "force";
+  CHECK_ERROR(run("subdivide", options, NULL, NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "soap");
   remove(mesh);
 }
 

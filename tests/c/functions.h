@@ -107,15 +107,11 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_reader_pin_vertices, "Reader::pin_vertices", "PinnedVertices::bytes"),
     PLAIT_PAIR(plait_pin_release, "PinnedVertices::~PinnedVertices"),
     PLAIT_PAIR(plait_store_visit, "visit_vertices"),
-    PLAIT_PAIR(plait_parts_plan, "plan_parts"),
-    PLAIT_PAIR(plait_pass_plan, "plan_pass"),
     PLAIT_PAIR(plait_parts_make, "make_part"),
-    PLAIT_PAIR(plait_parts_join, "join_parts"),
-    PLAIT_PAIR(plait_job_subdivide, "SubdivisionJob"),
-    PLAIT_PAIR(plait_job_import, "import_mesh"),
-    PLAIT_PAIR(plait_job_remesh, "remesh"),
-    PLAIT_PAIR(plait_job_compare, "compare_surfaces"),
-    PLAIT_PAIR(plait_job_convert, "convert"),
+    PLAIT_PAIR(plait_job_options, "job_description_json", "known_jobs", "find_job"),
+    PLAIT_PAIR(plait_job_run, "run_job"),
+    PLAIT_PAIR(plait_text_string),
+    PLAIT_PAIR(plait_text_release),
 };
 #undef PLAIT_PAIR
 

@@ -49,50 +49,59 @@ static plait_status fail(plait_store* store, const char* into, void* user) {
   return plait_store_visit(store, NULL, 0, 0, PLAIT_FINEST_LEVEL, NULL, NULL, NULL);
 }
 
-/* Makes a pass of a plan over `sharded` in parts. */
-static void pass_in_parts(const char* sharded, const char* plan, plait_pass_request* request,
-                          plait_part_options* options) {
-  request->store_path = sharded;
-  request->plan_path = plan;
-  CHECK_OK(plait_pass_plan(request));
-  CHECK_ERROR(plait_parts_join(plan, sharded, NULL), PLAIT_ERROR_BAD_STATE, "0-3");
-  for (uint32_t part = 0; part < 4; ++part) CHECK_OK(plait_parts_make(plan, part, options));
-  CHECK_OK(plait_parts_join(plan, sharded, NULL));
+/* Runs a job with these options, of which the last is NULL; `plan` is "plan=...", and `first`
+ * another one, or NULL. */
+static plait_status run(const char* job, const char* first, const char* plan,
+                        const char* const* options) {
+  const char* all[16];
+  uint64_t count = 0;
+  if (first != NULL) all[count++] = first;
+  all[count++] = plan;
+  for (uint64_t at = 0; options[at] != NULL; ++at) all[count++] = options[at];
+  return plait_job_run(job, all, count, NULL, NULL, NULL, NULL);
+}
+static const char* const none[] = {NULL};
+
+/* Makes a pass of a plan over `sharded` in parts: input and output are texts of options, of the
+ * same store. */
+static void pass_in_parts(const char* input, const char* output, const char* plan,
+                          const char* const* pass, plait_part_options* options) {
+  CHECK_OK(run("plan", input, plan, pass));
+  CHECK_ERROR(run("join", output, plan, none), PLAIT_ERROR_BAD_STATE, "0-3");
+  for (uint32_t part = 0; part < 4; ++part)
+    CHECK_OK(plait_parts_make(plan + strlen("plan="), part, options));
+  CHECK_OK(run("join", output, plan, none));
 }
 
-static void check_passes(const char* sharded, const char* whole, const char* plan) {
-  char path[4200];
-  plait_pass_request request = PLAIT_PASS_REQUEST_INIT;
-  CHECK_ERROR(plait_pass_plan(&request), PLAIT_ERROR_INVALID_ARGUMENT, "store_path");
-  snprintf(path, sizeof(path), "%s.smooth", plan);
-  request.store_path = whole;
-  request.plan_path = path;
-  CHECK_ERROR(plait_pass_plan(&request), PLAIT_ERROR_INVALID_ARGUMENT, "name");
-  request.name = "smooth";
-  CHECK_ERROR(plait_pass_plan(&request), PLAIT_ERROR_NOT_SUPPORTED, "in one piece");
+static void check_passes(const char* sharded, const char* whole, const char* base) {
+  char plan[4200], input[4200], output[4200], other[4200];
+  const char* const path = plan + strlen("plan=");
+  snprintf(plan, sizeof(plan), "plan=%s.smooth", base);
+  snprintf(input, sizeof(input), "input=%s", sharded);
+  snprintf(output, sizeof(output), "output=%s", sharded);
+  snprintf(other, sizeof(other), "input=%s", whole);
+  const char* const smooth[] = {"pass=smooth", "factor=0", NULL};
+  CHECK_ERROR(run("plan", NULL, plan, smooth), PLAIT_ERROR_INVALID_ARGUMENT, "input");
+  CHECK_ERROR(run("plan", other, plan, none), PLAIT_ERROR_INVALID_ARGUMENT, "levels");
+  CHECK_ERROR(run("plan", other, plan, smooth), PLAIT_ERROR_NOT_SUPPORTED, "in one piece");
   char before[PLAIT_DIGEST_BYTES] = "", found[PLAIT_DIGEST_BYTES] = "";
   digest_of(sharded, before);
-  request.factor = 0;
-  pass_in_parts(sharded, path, &request, NULL);
+  pass_in_parts(input, output, plan, smooth, NULL);
   digest_of(sharded, found);
   CHECK(strcmp(found, before) == 0); /* by a factor of 0 nothing moves */
 
-  request.name = "fold";
-  request.result = "folded";
-  request.components = 1;
-  request.parameters = "2 1";
-  snprintf(path, sizeof(path), "%s.fold", plan);
+  const char* const fold[] = {"pass=fold", "result=folded,float32,1", "parameters=2 1", NULL};
+  snprintf(plan, sizeof(plan), "plan=%s.fold", base);
   int calls = 0;
   plait_part_options options = PLAIT_PART_OPTIONS_INIT;
   options.kernel = make_fold;
   options.kernel_user = &calls;
-  pass_in_parts(sharded, path, &request, &options);
+  pass_in_parts(input, output, plan, fold, &options);
   CHECK(calls == 4);
   options.again = 1;
   CHECK_ERROR(plait_parts_make(path, 0, &options), PLAIT_ERROR_BAD_STATE, "version");
-  snprintf(path, sizeof(path), "%s.again", plan);
-  request.plan_path = path;
-  CHECK_OK(plait_pass_plan(&request));
+  snprintf(plan, sizeof(plan), "plan=%s.again", base);
+  CHECK_OK(run("plan", input, plan, fold));
   CHECK_ERROR(plait_parts_make(path, 0, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "kernel");
   options.kernel = fail;
   CHECK_ERROR(plait_parts_make(path, 0, &options), PLAIT_ERROR_INVALID_ARGUMENT, "kernel");
@@ -126,33 +135,27 @@ int main(int count, char** arguments) {
   } while (taken != NULL);
   write_tetrahedron(mesh);
 
-  plait_parts_request request = PLAIT_PARTS_REQUEST_INIT;
-  CHECK_ERROR(plait_parts_plan(&request), PLAIT_ERROR_INVALID_ARGUMENT, "mesh_path");
-  request.mesh_path = mesh;
-  request.plan_path = plan;
-  request.levels = 3;
-  request.normals = 1;
-  request.parts = 7; /* a tetrahedron has six edges */
-  CHECK_ERROR(plait_parts_plan(&request), PLAIT_ERROR_INVALID_ARGUMENT, "7");
-  request.parts = 4;
-  CHECK_OK(plait_parts_plan(&request));
-  CHECK_ERROR(plait_parts_make(plan, 4, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "0 to 3");
-  plait_part_options again = PLAIT_PART_OPTIONS_INIT;
-  again.again = 1;
-  CHECK_OK(plait_parts_make(plan, 1, NULL));
-  CHECK_OK(plait_parts_make(plan, 1, &again));
-  CHECK_ERROR(plait_parts_join(plan, arguments[1], NULL), PLAIT_ERROR_BAD_STATE, "0,2-3");
+  char input[4200], output[4200], planned[4200];
+  snprintf(input, sizeof(input), "input=%s", mesh);
+  snprintf(output, sizeof(output), "output=%s", arguments[1]);
+  snprintf(planned, sizeof(planned), "plan=%s", plan);
+  /* A tetrahedron has six edges. */
+  const char* parts[] = {"levels=3", "normals", "parts=7", NULL};
+  CHECK_ERROR(run("plan", input, planned, parts), PLAIT_ERROR_INVALID_ARGUMENT, "7");
+  parts[2] = "parts=4";
+  CHECK_OK(run("plan", input, planned, parts));
+  CHECK_ERROR(run("part", "part=4", planned, none), PLAIT_ERROR_INVALID_ARGUMENT, "0 to 3");
+  const char* const again[] = {"again", NULL};
+  const char* const verify[] = {"verify", NULL};
+  CHECK_OK(run("part", "part=1", planned, none));
+  CHECK_OK(run("part", "part=1", planned, again));
+  CHECK_ERROR(run("join", output, planned, none), PLAIT_ERROR_BAD_STATE, "0,2-3");
   for (uint32_t part = 0; part < 4; ++part) CHECK_OK(plait_parts_make(plan, part, NULL));
-  plait_join_options join = PLAIT_JOIN_OPTIONS_INIT;
-  join.verify = 1;
-  CHECK_OK(plait_parts_join(plan, arguments[1], &join));
+  CHECK_OK(run("join", output, planned, verify));
 
-  plait_subdivision_request one = PLAIT_SUBDIVISION_REQUEST_INIT;
-  one.mesh_path = mesh;
-  one.store_path = whole;
-  one.levels = 3;
-  one.normals = 1;
-  CHECK_OK(plait_job_subdivide(&one, NULL));
+  snprintf(output, sizeof(output), "output=%s", whole);
+  const char* const one[] = {input, output, "levels=3", "normals"};
+  CHECK_OK(plait_job_run("subdivide", one, 4, NULL, NULL, NULL, NULL));
   char found[PLAIT_DIGEST_BYTES] = "", expected[PLAIT_DIGEST_BYTES] = "";
   digest_of(arguments[1], found);
   digest_of(whole, expected);

@@ -183,7 +183,7 @@ TEST_CASE("ImportMesh_FacesOfBothOrientations_AgreeWithTheFirst") {
     std::swap(mesh.faces[face][1], mesh.faces[face][2]);
   write_ply(turned.mesh, mesh);
   std::vector<std::string> warnings;
-  ImportWatch watch;
+  JobWatch watch;
   watch.warn = [&](const std::string& warning) { warnings.push_back(warning); };
   import_mesh(files.request(), default_backends(), watch);
   CHECK(warnings.empty());
@@ -208,7 +208,7 @@ TEST_CASE("ImportMesh_EveryCancelledPhase_LeavesNothing") {
   const Files files;
   write_ply(files.mesh, triangles_of(loop_store(octahedron(), 3)));
   std::vector<std::string> phases;
-  ImportWatch watch;
+  JobWatch watch;
   watch.progress = [&](const Progress& now) {
     if (phases.empty() || phases.back() != now.phase) phases.emplace_back(now.phase);
     return true;

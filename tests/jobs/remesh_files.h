@@ -35,7 +35,7 @@ struct RemeshFiles {
     request.replace = true;
     return request;
   }
-  RemeshReport run(const RemeshRequest& request, const RemeshWatch& watch = {}) const {
+  RemeshReport run(const RemeshRequest& request, const JobWatch& watch = {}) const {
     return remesh(request, default_backends(), watch);
   }
   RemeshReport run(const IndexedMesh& mesh, std::uint64_t faces, int levels = 3) const {

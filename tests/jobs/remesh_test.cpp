@@ -350,7 +350,6 @@ TEST_CASE("Remesh_WhatCannotBe_IsRefusedAndLeavesNothing") {
   };
   refused([](RemeshRequest& r) { r.faces = 0; }, ErrorCode::kInvalidArgument, "faces");
   refused([](RemeshRequest& r) { r.levels = 13; }, ErrorCode::kInvalidArgument, "levels");
-  refused([](RemeshRequest& r) { r.threads = 0; }, ErrorCode::kInvalidArgument, "threads");
   refused([](RemeshRequest& r) { r.threads = -1; }, ErrorCode::kInvalidArgument, "threads");
   // The corners of the small faces have numbers of 32 bits.
   refused([](RemeshRequest& r) { r.levels = 12, r.faces = 90; }, ErrorCode::kInvalidArgument,

@@ -57,7 +57,7 @@ std::string uninterrupted_digest(const fs::path& directory, ExistingStore existi
 /// end.
 bool run_and_cancel(const SubdivisionRequest& request, int calls) {
   SubdivisionJob job(request, default_backends());
-  SubdivisionWatch watch;
+  JobWatch watch;
   watch.progress = [&](const Progress&) { return calls-- > 0; };
   try {
     job.run(watch);
@@ -69,14 +69,14 @@ bool run_and_cancel(const SubdivisionRequest& request, int calls) {
   }
 }
 
-std::vector<SubdivisionField> refused_fields(const SubdivisionRequest& request) {
+std::vector<std::string> refused_fields(const SubdivisionRequest& request) {
   const SubdivisionJob job(request, default_backends());
-  std::vector<SubdivisionField> fields;
-  for (const SubdivisionRefusal& refusal : job.plan().refusals) fields.push_back(refusal.field);
+  std::vector<std::string> fields;
+  for (const SubdivisionRefusal& refusal : job.plan().refusals) fields.push_back(refusal.option);
   return fields;
 }
 
-using Fields = std::vector<SubdivisionField>;
+using Fields = std::vector<std::string>;
 
 struct ThirdsRule {
   template <class V>
@@ -104,12 +104,12 @@ TEST_CASE("SubdivisionJob_Watched_TellsEveryStepInOrderAndHowFarItIs") {
   const TemporaryDirectory here;
   SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
   request.digest = true;
-  std::vector<SubdivisionStep> steps;
-  std::map<SubdivisionStep, std::uint64_t> done;
-  SubdivisionWatch watch;
+  std::vector<std::string> steps;
+  std::map<std::string, std::uint64_t> done;
+  JobWatch watch;
   bool begins = false;
-  watch.step = [&](SubdivisionStep step) {
-    steps.push_back(step);
+  watch.step = [&](std::string_view step) {
+    steps.emplace_back(step);
     begins = true;
   };
   watch.progress = [&](const Progress& now) {
@@ -123,10 +123,9 @@ TEST_CASE("SubdivisionJob_Watched_TellsEveryStepInOrderAndHowFarItIs") {
   };
   SubdivisionJob job(request, default_backends());
   const SubdivisionResult result = job.run(watch);
-  CHECK(steps == std::vector<SubdivisionStep>{SubdivisionStep::kBaseMesh, SubdivisionStep::kLayout,
-                                              SubdivisionStep::kLevels, SubdivisionStep::kCommit,
-                                              SubdivisionStep::kDigest, SubdivisionStep::kPublish});
-  CHECK(done[SubdivisionStep::kLevels] > result.plan.level_counts[kJobLevels].vertices / 2);
+  CHECK(steps ==
+        std::vector<std::string>{"base mesh", "layout", "levels", "commit", "digest", "publish"});
+  CHECK(done["levels"] > result.plan.level_counts[kJobLevels].vertices / 2);
   CHECK(result.digest == digest_of(here.path() / "s.plait"));
   CHECK(result.store == here.path() / "s.plait");
   CHECK(result.plan.base_level == 2);
@@ -253,10 +252,10 @@ TEST_CASE("SubdivisionJob_OfAProgramsOwnRule_IsMadeAndResumedByIt") {
   request.normals = true;
   SubdivisionRequest without = request;
   without.scheme.reset();
-  CHECK(refused_fields(without) == Fields{SubdivisionField::kScheme});
+  CHECK(refused_fields(without) == Fields{"scheme"});
   SubdivisionRequest other = request;
   other.scheme = own_scheme("other", ThirdsRule());
-  CHECK(refused_fields(other) == Fields{SubdivisionField::kScheme});
+  CHECK(refused_fields(other) == Fields{"scheme"});
   SubdivisionJob(request, default_backends()).run();
   Store found = Store::open(request.store, {}, default_backends());
   CHECK(found.provenance().scheme == "thirds");
@@ -269,20 +268,20 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   SubdivisionRequest request = request_for(path, ExistingStore::kRefuse);
   request.pipeline_of = [](const AttributeSchema&) { return "lz4"; };
   request.backend = "pread";
-  CHECK(refused_fields(request) == Fields{SubdivisionField::kBackend});
+  CHECK(refused_fields(request) == Fields{"backend"});
   request.backend.reset();
   CHECK(SubdivisionJob(request, default_backends()).plan().store.backend == "compressed");
   request.backend = "compressed";
   CHECK(refused_fields(request).empty());
   SubdivisionJob(request, default_backends()).run();
-  CHECK(refused_fields(request) == Fields{SubdivisionField::kExisting});
+  CHECK(refused_fields(request) == Fields{"force"});
   request.existing = ExistingStore::kReplace;
   CHECK(refused_fields(request).empty());
 
   request.existing = ExistingStore::kResume;
   request.limit = true;
   request.executor = ExecutorKind::kFused;
-  CHECK(refused_fields(request) == Fields{SubdivisionField::kExecutor, SubdivisionField::kLimit});
+  CHECK(refused_fields(request) == Fields{"executor", "limit"});
   request.limit = false;
   request.executor = ExecutorKind::kAuto;
   CHECK(refused_fields(request).empty());
@@ -292,24 +291,22 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   request.precision = ComponentType::kFloat64;
   request.levels = kJobLevels - 1;
   request.max_slot_bytes.reset();
-  CHECK(refused_fields(request) == Fields{SubdivisionField::kPipelines,
-                                          SubdivisionField::kBlockBytes, SubdivisionField::kScheme,
-                                          SubdivisionField::kPrecision, SubdivisionField::kLevels});
+  CHECK(refused_fields(request) == Fields{"compress", "block", "scheme", "precision", "levels"});
 
   request = request_for(path, ExistingStore::kResume);
   request.max_errors.add("1e-3");
-  CHECK(refused_fields(request) == Fields{SubdivisionField::kMaxErrors});
+  CHECK(refused_fields(request) == Fields{"max-error"});
   request.existing = ExistingStore::kReplace;
   CHECK(refused_fields(request).empty());
   request.max_errors.add("limit=1e-3");
-  CHECK(refused_fields(request) == Fields{SubdivisionField::kMaxErrors});
+  CHECK(refused_fields(request) == Fields{"max-error"});
 
   request = request_for(path, ExistingStore::kResume);
   request.levels = 15;
   request.max_slot_bytes.reset();
   request.block_bytes.reset();
   request.store = here.path() / "large.plait";
-  CHECK(refused_fields(request) == Fields{SubdivisionField::kSize});
+  CHECK(refused_fields(request) == Fields{"ignore-size"});
   request.ignore_size = true;
   CHECK(refused_fields(request).empty());
   CHECK_FALSE(fs::exists(request.store));
@@ -403,7 +400,7 @@ TEST_CASE("SubdivisionPlan_LimitOfASchemeWithoutLimitPositions_IsRefusedBeforeTh
     }
     SubdivisionJob job(request, default_backends());
     REQUIRE(job.plan().refusals.size() == 1);
-    CHECK(job.plan().refusals[0].field == SubdivisionField::kLimit);
+    CHECK(job.plan().refusals[0].option == "limit");
     CHECK(job.plan().refusals[0].code == ErrorCode::kNotSupported);
     CHECK_THAT(job.plan().refusals[0].reason, Catch::Contains("has no limit positions"));
     CHECK_THROWS_AS(job.run(), Error);
@@ -420,7 +417,7 @@ TEST_CASE("SubdivisionJob_OfAnotherMeshThanTheEarlierRun_IsRefusedInWords") {
   CHECK(job.plan().refusals.empty());
   CHECK_THROWS_AS(job.run(), Error);
   REQUIRE(job.plan().refusals.size() == 1);
-  CHECK(job.plan().refusals[0].field == SubdivisionField::kMesh);
+  CHECK(job.plan().refusals[0].option == "input");
 }
 
 TEST_CASE("SubdivisionJob_OfABackendThatKeepsNothing_HandsTheStoreOver") {

@@ -38,9 +38,9 @@ def test_subdivide_takes_the_options_of_the_program(tmp_path):
     store.close()
     with pytest.raises(plait.InvalidArgument, match="o.plait"):
         plait.subdivide(mesh, path, 1)
-    plait.subdivide(mesh, path, 1, existing="replace")
+    plait.subdivide(mesh, path, 1, force=True)
     assert list(plait.open(path).levels) == [0, 1]
-    for wrong in ({"existing": "maybe"}, {"precision": "float16"}, {"scheme": "soap"},
+    for wrong in ({"force": "maybe"}, {"precision": "float16"}, {"scheme": "soap"},
                   {"levels": 99}, {"max_error": "soap"}, {"memory": "1 mile"}):
         with pytest.raises(plait.InvalidArgument):
             plait.subdivide(mesh, tmp_path / "n.plait", **{"levels": 1, **wrong})
@@ -59,19 +59,20 @@ def test_convert_copies_all_records(tmp_path):
         assert one.digest() == other.digest() == done.digest
         assert other.info.backend == "compressed" and other.info.block_bytes == 16384
     assert done.stored_bytes < done.from_stored_bytes and done.path == str(copy)
-    assert {"convert", "read the copy back", "digest of the source"} == {each[0] for each in told}
+    assert {"convert", "read the copy back", "digest of the source", "publish"} == {
+        each[0] for each in told}
     with pytest.raises(plait.InvalidArgument, match="c.plait"):
         plait.convert(source, copy)
-    plait.convert(source, copy, backend="mmap", existing="replace")
+    plait.convert(source, copy, backend="mmap", force=True)
     assert plait.open(copy).info.backend == "mmap"
-    plait.convert(source, copy, max_error="1e-3", existing="replace", verify=True)
+    plait.convert(source, copy, max_error="1e-3", force=True, verify=True)
     with plait.open(source) as one, plait.open(copy) as other:
         difference = np.asarray(one["position"][4]) - other["position"][4]
         assert 0 < np.abs(difference).max() <= 1e-3
     with pytest.raises(plait.InvalidArgument, match="choose backend compressed"):
         plait.convert(source, tmp_path / "n.plait", backend="pread", compress="small")
     with pytest.raises(plait.InvalidArgument, match="the same"):
-        plait.convert(source, source, existing="replace")
+        plait.convert(source, source, force=True)
     with pytest.raises(plait.Cancelled):
         plait.convert(source, tmp_path / "n.plait", progress=lambda *_: False)
     assert sorted(os.listdir(tmp_path)) == ["c.plait", "s.plait"]
@@ -164,7 +165,7 @@ def test_what_changes_in_a_mesh_is_a_warning_and_exceptions_of_warn_come_out(tmp
         plait.subdivide(mesh, tmp_path / "o.plait", 1)
     assert warned[0].filename == __file__
     told = []
-    plait.subdivide(mesh, tmp_path / "o.plait", 1, existing="replace", warn=told.append)
+    plait.subdivide(mesh, tmp_path / "o.plait", 1, force=True, warn=told.append)
     assert len(told) == 1
 
     def interrupt(words):

@@ -128,7 +128,7 @@ with plait.create(np.eye(4, 3), [[0, 1, 2]]) as made:
     failed, shown = mypy(tmp_path, "mypy", "--strict", "right.py")
     assert not failed, shown
     wrong = ["plait.open(3)", "plait.open('s').mesh(level='4')", "plait.open('s').levels()",
-             "plait.subdivide('m', 's', 5, existing='maybe')", "plait.verify('s').vertices"]
+             "plait.subdivide('m', 's', 5, durability='maybe')", "plait.verify('s').vertices"]
     (tmp_path / "wrong.py").write_text("\n".join(["import plait", *wrong]))
     failed, shown = mypy(tmp_path, "mypy", "--strict", "wrong.py")
     assert failed and [line for line in range(2, 7) if f"wrong.py:{line}: error" in shown] == [

@@ -117,7 +117,7 @@ def test_import_finds_the_levels(tmp_path):
         plait.import_mesh(tmp_path / "fine.ply", tmp_path / "more.plait", levels=4)
     with pytest.raises(plait.InvalidArgument):
         plait.import_mesh(tmp_path / "fine.ply", tmp_path / "fine.plait")
-    plait.import_mesh(tmp_path / "fine.ply", tmp_path / "fine.plait", 2, existing="replace")
+    plait.import_mesh(tmp_path / "fine.ply", tmp_path / "fine.plait", 2, force=True)
     assert list(plait.open(tmp_path / "fine.plait").levels) == [0, 1, 2]
     assert sorted(os.listdir(tmp_path)) == ["fine.plait", "fine.ply"]
 
@@ -179,7 +179,7 @@ def test_remesh_takes_the_options_of_the_program(tmp_path):
     with pytest.raises(plait.InvalidArgument):
         plait.remesh(tmp_path / "scan.ply", done.path, 80)
     again = plait.remesh(tmp_path / "scan.ply", done.path, 80, 1, min_component=10, fill_holes=3,
-                         samples=0, existing="replace", refuse_turned=True, distances=True)
+                         samples=0, force=True, no_foldover=True, distances=True)
     assert again.faces == again.base_faces * 4 and again.base_meshes == 1
     assert 1 <= again.area_spread_percentile_90 < 4 and again.area_spread_share_within_4 > 0.9
     found = plait.compare(tmp_path / "scan.ply", done.path, samples=20000)
@@ -193,7 +193,7 @@ def test_remesh_takes_the_options_of_the_program(tmp_path):
     write_ply(tmp_path / "crumpled.ply", (vertices, triangles))
     with pytest.raises(plait.InvalidArgument, match="8 base meshes, at "):
         plait.remesh(tmp_path / "crumpled.ply", tmp_path / "no.plait", 60, samples=0,
-                     refuse_turned=True)
+                     no_foldover=True)
 
 
 def test_remesh_makes_a_store_of_any_mesh(tmp_path):

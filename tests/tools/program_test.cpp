@@ -63,7 +63,7 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--memory", "12Q"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--memory", "1K"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--block", "5000"},
-      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--threads", "0"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--threads", "1025"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "tape"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "pread", "--compress",
        "lz4"},

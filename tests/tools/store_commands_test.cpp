@@ -554,9 +554,9 @@ TEST_CASE("Compress_WithABackendThatDoesNotCompress_NamesTheOptionToAdd") {
   const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
   CHECK(here.subdivide("c.plait", {"--backend", "pread", "--compress", "lz4"})
-            .errors.find("add --backend compressed") != std::string::npos);
+            .errors.find("choose backend compressed") != std::string::npos);
   CHECK(here.plait({"convert", "s.plait", "c.plait", "--backend", "mmap", "--compress", "fast"})
-            .errors.find("add --backend compressed") != std::string::npos);
+            .errors.find("choose backend compressed") != std::string::npos);
 }
 
 TEST_CASE("Convert_Verify_TellsTheDigestThatItReadBack") {

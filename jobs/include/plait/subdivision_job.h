@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -20,9 +19,9 @@
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/pager.h"
 #include "plait/extend/rounding.h"
+#include "plait/job.h"
 #include "plait/layout.h"
 #include "plait/options.h"
-#include "plait/progress.h"
 #include "plait/store.h"
 #include "plait/subdivide.h"
 
@@ -110,30 +109,11 @@ struct EarlierRun {
   bool finished = false;  ///< the store has everything that the request asks for
 };
 
-/// The member of a SubdivisionRequest that must change.
-enum class SubdivisionField : std::uint8_t {
-  kMesh,
-  kStore,
-  kLevels,
-  kBackend,
-  kPipelines,
-  kLayout,
-  kScheme,
-  kPrecision,
-  kBlockBytes,
-  kMaxSlotBytes,
-  kMaxErrors,
-  kVerify,
-  kExecutor,
-  kNormals,
-  kLimit,
-  kExisting,
-  kSize,  ///< memory, disk or budget are too small: ignore_size starts anyway
-};
-
 /// A reason why a job cannot run as it was requested.
 struct SubdivisionRefusal {
-  SubdivisionField field;
+  /// The option that must change, or that helps (plait/job.h): "backend"; "ignore-size" where
+  /// memory, disk or budget are too small, "force" where the name is taken.
+  std::string option;
   ErrorCode code;
   std::string reason;  ///< one line
 };
@@ -160,25 +140,6 @@ struct SubdivisionPlan {
   std::vector<LevelCounts> level_counts;  ///< [level], 0 to subdivide.levels
   SubdivisionSize size;
   double import_seconds = 0;
-};
-
-enum class SubdivisionStep : std::uint8_t {
-  kBaseMesh,  ///< refine the base mesh in memory
-  kLayout,    ///< sort the faces of the base mesh
-  kLevels,    ///< make levels, normals and limit positions
-  kEncode,    ///< encode attributes anew that are rounded, or encoded from other blocks
-  kCommit,    ///< with kResume also after every level
-  kDigest,    ///< read all levels and compute the digest
-  kPublish,   ///< give the store its final name
-};
-std::string_view to_string(SubdivisionStep step) noexcept;
-
-/// The thread that called run() calls all of them (`progress`: see plait/progress.h).
-struct SubdivisionWatch {
-  std::function<void(SubdivisionStep)> step = {};  ///< called at the start of every step
-  /// Counts of the step (kLevels: vertices, kEncode: bytes). A step starts with 0.
-  ProgressCallback progress = {};
-  std::function<void(const std::string&)> warn = {};
 };
 
 /// What a job did.
@@ -223,12 +184,15 @@ class SubdivisionJob {
   /// run, or a budget that is too small for the layout.
   const SubdivisionPlan& plan() const;
 
-  /// Runs the plan, once. After an error only the commits of an earlier run and of kResume stay on
-  /// the disk. It also removes left-overs of killed runs with the same output.
-  /// Errors: the first one of plan().refusals; kBudget before it computes anything; kCancelled;
-  /// kIo, kNoSpace; those of UnpublishedStore::publish; kBadState if the job was run before. Pinned
-  /// by tests/jobs/subdivision_job_test.cpp.
-  SubdivisionResult run(const SubdivisionWatch& watch = {});
+  /// Runs the plan, once. Steps: "base mesh" (refine it in memory), "layout", "levels" (counts
+  /// vertices; also normals and limit positions), "encode" (counts bytes; attributes that are
+  /// rounded or encoded from other blocks), "commit" (with kResume also after every level),
+  /// "digest", "publish". A step's progress starts with 0. After an error only the commits of an
+  /// earlier run and of kResume stay on the disk. It also removes left-overs of killed runs with
+  /// the same output. Errors: the first one of plan().refusals, as a JobError; kBudget before it
+  /// computes anything; kCancelled; kIo, kNoSpace; those of UnpublishedStore::publish; kBadState if
+  /// the job was run before. Pinned by tests/jobs/subdivision_job_test.cpp.
+  SubdivisionResult run(const JobWatch& watch = {});
 
  private:
   struct Implementation;

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,9 +12,9 @@
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
+#include "plait/job.h"
 #include "plait/layout.h"
 #include "plait/options.h"
-#include "plait/progress.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -37,19 +36,12 @@ struct ImportRequest {
   std::optional<double> weld = {};
   std::uint64_t block_bytes = StoreOptions().block_bytes;
   /// If slots of positions would be larger, a finer level becomes the base mesh of the store.
-  std::uint64_t max_slot_bytes = 16 << 10;
+  std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   int threads = 1;
   Durability durability = Durability::kCommit;
   bool replace = false;      ///< an existing store, when the new one is complete
   bool ignore_size = false;  ///< start even if the memory seems too small
-};
-
-/// The thread that called import_mesh() calls both.
-struct ImportWatch {
-  /// Phases "read", "connect", "levels", "lay out", "write", "encode", "commit".
-  ProgressCallback progress = {};
-  std::function<void(const std::string&)> warn = {};
 };
 
 /// What an import did.
@@ -77,13 +69,14 @@ struct ImportResult {
 
 /// Reads the mesh, finds its levels, and writes positions and the attributes of a PLY file
 /// (plait/extend/attributed_mesh.h) to a new store, with the bits of the file. Needs 100 bytes of
-/// memory for each vertex, and those of its attributes, beside the budget. Errors: kInvalidArgument
-/// for a mesh that is no oriented manifold or has fewer levels: the message says how many there
-/// are, at which vertex the next one fails, and what was expected; kOutOfMemory before it reads,
-/// with the figures; kNotSupported, kBudget, kCancelled, kIo, kNoSpace; those of reading the file.
-/// After an error nothing is left. Threads: one call for each thread. Pinned by
+/// memory for each vertex, and those of its attributes, beside the budget. Steps, which are the
+/// phases too: "read", "connect", "levels", "lay out", "write", "encode", "commit". Errors:
+/// kInvalidArgument for a mesh that is no oriented manifold or has fewer levels: the message says
+/// how many there are, at which vertex the next one fails, and what was expected; kOutOfMemory
+/// before it reads, with the figures; kNotSupported, kBudget, kCancelled, kIo, kNoSpace; those of
+/// reading the file. After an error nothing is left. Threads: one call for each thread. Pinned by
 /// tests/jobs/import_mesh_test.cpp.
 ImportResult import_mesh(const ImportRequest& request, const BackendRegistry& backends,
-                         const ImportWatch& watch = {});
+                         const JobWatch& watch = {});
 
 PLAIT_END_NAMESPACE

@@ -5,8 +5,9 @@
 #include <filesystem>
 
 #include "io/unpublished.h"
+#include "plait/detail/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// A script for sbatch. An array has at most `longest` tasks. With more parts, the script is given
 /// several times, each time with another --offset, as its head says. The constructor writes it
@@ -24,4 +25,4 @@ class SbatchScript {
   UnpublishedFile file_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,4 +1,4 @@
-#include "parts_script.h"
+#include "parts/parts_script.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <span>
 #include <string>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// For the shell: in single quotes.
-std::string quoted(const std::string& text) {
+std::string shell_quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return result + "'";
@@ -38,8 +38,8 @@ SbatchScript::SbatchScript(const std::filesystem::path& script, const std::files
       "#SBATCH --ntasks=1\n"
       "#SBATCH --requeue\n"
       "exec plait part {} \"$SLURM_ARRAY_TASK_ID\" \"$@\"\n",
-      std::min(longest, parts) - 1, quoted(absolute));
+      std::min(longest, parts) - 1, shell_quoted(absolute));
   build_output(file_, [&] { file_.file().write_at(0, std::as_bytes(std::span(text))); });
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

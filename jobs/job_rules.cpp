@@ -1,0 +1,58 @@
+#include "job_rules.h"
+
+#include <fmt/format.h>
+
+#include "base/byte_text.h"
+#include "io/machine.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+Compression compression_of(const std::vector<std::string>& texts) {
+  Compression compression;
+  for (const std::string& text : texts) compression.add(text);
+  return compression;
+}
+
+ErrorBounds error_bounds_of(const std::vector<std::string>& texts) {
+  ErrorBounds bounds;
+  for (const std::string& text : texts) bounds.add(text);
+  return bounds;
+}
+
+PipelinesOf pipelines_of(const Compression& compression) {
+  if (compression.empty()) return {};
+  return [compression](const AttributeSchema& schema) { return compression.pipeline_of(schema); };
+}
+
+PipelinesOf pipelines_of(const Compression& compression, bool rounds,
+                         const std::optional<std::string>& backend,
+                         const BackendRegistry& backends) {
+  if (!rounds || !compression.empty()) return pipelines_of(compression);
+  const bool is_chosen = backend && !backend->empty() && *backend != kAutomaticBackend;
+  if (is_chosen && !backends.find(*backend).traits.compressed) return {};
+  return [](const AttributeSchema& schema) { return Compression().pipeline_of(schema); };
+}
+
+JobError needs_compression(std::string_view verb, const RegisteredBackend& backend) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{}: a compression needs a backend that compresses, and {} does not: choose "
+                      "backend compressed",
+                      verb, backend.name),
+          "backend"};
+}
+
+std::optional<JobError> lacks_memory(std::string_view what, std::uint64_t needed_bytes) {
+  const std::uint64_t found = available_memory_bytes();
+  if (needed_bytes <= found) return {};
+  return JobError(ErrorCode::kOutOfMemory,
+                  fmt::format("{}: expected {} of memory, found {}", what,
+                              format_bytes(needed_bytes), format_bytes(found)),
+                  "ignore-size");
+}
+
+void check_memory(std::string_view what, std::uint64_t needed_bytes, bool ignore) {
+  if (ignore) return;
+  if (const auto refusal = lacks_memory(what, needed_bytes)) throw JobError(*refusal);
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,44 @@
+// job_rules.h: rules that all jobs keep, each in one place.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plait/compression.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/extend/rounding.h"
+#include "plait/job.h"
+#include "plait/options.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// Slots of positions are at most this large, unless the user says otherwise: a job takes a finer
+/// base mesh until they are.
+inline constexpr std::uint64_t kLargestSlotBytes = 16 << 10;
+
+/// What the texts of an option `compress` choose. Errors: as Compression::add().
+Compression compression_of(const std::vector<std::string>& texts);
+/// The bounds that the texts of an option `max-error` name. Errors: as ErrorBounds::add().
+ErrorBounds error_bounds_of(const std::vector<std::string>& texts);
+/// As PipelinesOf. Empty for an empty compression.
+PipelinesOf pipelines_of(const Compression& compression);
+/// The same, with the rule that a rounding alone implies the default compression: on a backend that
+/// compresses, and where the job chooses the backend. `backend` is empty or "auto" there. Errors:
+/// those of BackendRegistry::find().
+PipelinesOf pipelines_of(const Compression& compression, bool rounds,
+                         const std::optional<std::string>& backend,
+                         const BackendRegistry& backends);
+
+/// The refusal of a compression on a backend that does not compress. `verb` begins the message.
+JobError needs_compression(std::string_view verb, const RegisteredBackend& backend);
+
+/// The refusal of work that needs more memory than the machine has; nothing if it has enough.
+/// `what` begins the message: "import mesh.ply: 800 vertices".
+std::optional<JobError> lacks_memory(std::string_view what, std::uint64_t needed_bytes);
+/// Throws it, unless `ignore`.
+void check_memory(std::string_view what, std::uint64_t needed_bytes, bool ignore);
+
+PLAIT_END_NAMESPACE

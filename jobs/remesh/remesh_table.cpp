@@ -1,0 +1,109 @@
+// The job "remesh".
+#include "job.h"
+#include "job_rules.h"
+#include "remesh/remesh.h"
+#include "report_json.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+JobReport run_remesh(RemeshRequest& request, const JobCall& call) {
+  const RemeshReport report = remesh(request, call.backends, call.watch);
+  JobReport json = {{"scan", request.scan.string()},
+                    {"store", request.store.string()},
+                    {"merged_vertices", report.merged_vertices},
+                    {"seam_vertices", report.seam_vertices},
+                    {"precision", to_string(report.precision)},
+                    {"repairs", repairs_json(report.repairs)},
+                    {"scan_figures", figures_json(report.scan)},
+                    {"base_figures", figures_json(report.base)},
+                    {"faces_asked", request.faces},
+                    {"edges_kept_by_topology", report.kept_by_topology},
+                    {"edges_kept_by_shape", report.kept_by_shape},
+                    {"base_quality",
+                     {{"least", report.shape.least_quality},
+                      {"percentile_1", report.shape.percentile_1_quality},
+                      {"median", report.shape.median_quality}}},
+                    {"largest_valence", report.shape.largest_valence},
+                    {"base_meshes", report.base_meshes},
+                    {"levels", request.levels},
+                    {"vertices", report.vertices},
+                    {"faces", report.small_faces},
+                    {"relaxed_vertices", report.relaxed_samples},
+                    {"turned_faces_before", report.turned_before},
+                    {"turned_faces", report.turned},
+                    {"moved_vertices", report.moved_samples},
+                    {"area_spread",
+                     {{"percentile_90", report.area_spread.percentile_90},
+                      {"share_within_4", report.area_spread.share_within_4}}},
+                    {"diagonal", report.diagonal},
+                    {"mean_edge", report.mean_edge}};
+  if (request.report_samples > 0) {
+    json["scan_to_store"] = distances_json(report.to_store, report.diagonal);
+    json["store_to_scan"] = distances_json(report.to_scan, report.diagonal);
+  }
+  json["attributes"] = attributes_json(report.attributes);
+  json["backend"] = report.backend;
+  json["stored_bytes"] = report.stored_bytes;
+  json["threads"] = request.threads;
+  json["read_seconds"] = report.read_seconds;
+  json["repair_seconds"] = report.repair_seconds;
+  json["decimate_seconds"] = report.decimate_seconds;
+  json["sample_seconds"] = report.sample_seconds;
+  json["relax_seconds"] = report.relax_seconds;
+  json["untangle_seconds"] = report.untangle_seconds;
+  json["write_seconds"] = report.write_seconds;
+  json["report_seconds"] = report.report_seconds;
+  if (!report.digest.empty()) json["digest"] = report.digest;
+  return json;
+}
+
+}  // namespace
+
+Job remesh_job() {
+  JobTable<RemeshRequest> table("remesh", "Make a store from a scan: any triangle mesh");
+  table.path("input", &RemeshRequest::scan, "PLY, OBJ, OFF or STL, also .gz and .zst")
+      .at(0)
+      .required();
+  table.output("output", &RemeshRequest::store, "The store to make: NAME.plait").at(1).required();
+  table
+      .count("faces", &RemeshRequest::faces, 1, std::uint64_t{1} << 30,
+             "Faces of the base mesh, at most")
+      .required();
+  table.count("levels", &RemeshRequest::levels, 1, 12, "The finest level");
+  table.count(
+      "min-component",
+      [](RemeshRequest & request) -> auto& { return request.repair.min_component; }, 0,
+      std::uint64_t{1} << 32, "Remove components of fewer faces");
+  table.count(
+      "fill-holes", [](RemeshRequest & request) -> auto& { return request.repair.fill_holes; }, 0,
+      std::uint64_t{1} << 32, "Fill holes with at most this number of edges");
+  table.precision(&RemeshRequest::precision,
+                  "Type of the positions; auto: float32, unless it moves a vertex of the scan by "
+                  "more than a thousandth of the shortest edge there");
+  table.weld(&RemeshRequest::weld);
+  table.flag("no-foldover", &RemeshRequest::refuse_turned,
+             "Make the base mesh anew, at most 8 times, while small faces are turned over; refuse "
+             "what is left");
+  table.flag("distances", &RemeshRequest::distances,
+             "Add attribute distance: how far the scan is from the store");
+  table.count("samples", &RemeshRequest::report_samples, 0, 1000000000,
+              "Points of the report in each direction; 0 for no distances");
+  table.text(
+      "backend", [](RemeshRequest & request) -> auto& { return request.options.backend; },
+      "The backend that stores the levels (see below)");
+  table.bytes(
+      "memory", [](RemeshRequest & request) -> auto& { return request.options.budget_bytes; },
+      "Budget for blocks in memory");
+  table.threads(&RemeshRequest::threads, "Worker threads");
+  table.flag("digest", &RemeshRequest::digest, "Print the digest, which covers every vertex");
+  table
+      .flag("force", &RemeshRequest::replace,
+            "Replace OUTPUT if it is a store, when the new store is complete")
+      .remedy("replaces a store");
+  table.flag("ignore-size", &RemeshRequest::ignore_size, "Start even if the memory is too small")
+      .remedy("starts anyway");
+  return table.run(run_remesh);
+}
+
+PLAIT_END_NAMESPACE

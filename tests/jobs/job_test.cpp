@@ -1,0 +1,95 @@
+// Jobs by their names: what their options take, and what they refuse.
+#include "plait/job.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "support/error_of.h"
+#include "support/temporary_directory.h"
+
+namespace plait::test {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string octahedron_in(const TemporaryDirectory& here) {
+  const std::filesystem::path path = here.path() / "m.off";
+  std::ofstream(path) << "OFF\n6 8 0\n1 0 0\n-1 0 0\n0 1 0\n0 -1 0\n0 0 1\n0 0 -1\n"
+                         "3 0 2 4\n3 2 1 4\n3 1 3 4\n3 3 0 4\n"
+                         "3 2 0 5\n3 1 2 5\n3 3 1 5\n3 0 3 5\n";
+  return path.string();
+}
+
+std::string words_of(std::string_view job, const JobOptions& options,
+                     const JobContext& context = {}) {
+  return error_of([&] { run_job(job, options, {}, context); }).what();
+}
+
+}  // namespace
+
+TEST_CASE("RunJob_OptionsThatAJobDoesNotTake_AreRefusedByTheirNames") {
+  CHECK_THAT(words_of("copy", {}), Catch::Contains("subdivide, plan"));
+  CHECK_THAT(words_of("convert", {{"blok", "1"}}),
+             Catch::Contains("\"blok\"") && Catch::Contains("max-error"));
+  CHECK_THAT(words_of("convert", {{"input", "a"}}), Catch::Contains("option output"));
+  CHECK_THAT(words_of("convert", {{"output", "-"}}, {.option_prefix = "--"}),
+             Catch::Contains("--output: expected a name"));
+  const struct {
+    const char *job, *option, *text, *words;
+  } cases[] = {{"convert", "block", "1 mile", "whole number of bytes"},
+               {"convert", "threads", "-1", "0 to 1024"},
+               {"convert", "verify", "yes", "true or false"},
+               {"import", "levels", "some", "1 to"},
+               {"subdivide", "precision", "float16", "float32, float64"},
+               {"subdivide", "input", "", "a name"}};
+  for (const auto& [job, option, text, words] : cases) {
+    const std::string found = words_of(job, {{option, text}});
+    CAPTURE(found);
+    CHECK_THAT(found, Catch::StartsWith(std::string(job) + ": " + option + ": "));
+    CHECK_THAT(found, Catch::Contains(words));
+  }
+  CHECK_THAT(words_of("convert", {{"block", "4KiB"}, {"block", "8KiB"}}), Catch::Contains("twice"));
+}
+
+TEST_CASE("RunJob_Refusals_NameTheOptionThatAvoidsThem") {
+  const TemporaryDirectory here;
+  const std::string mesh = octahedron_in(here), store = (here.path() / "s").string();
+  JobOptions options{{"input", mesh}, {"output", store}, {"levels", "2"}, {"threads", "0"}};
+  const Json report = Json::parse(run_job("subdivide", options));
+  CHECK(report["vertices"] == 66);
+  CHECK(report["threads"] >= 1);
+  CHECK(report["store"] == store);
+  try {
+    run_job("subdivide", options, {}, {.option_prefix = "--"});
+    FAIL("expected a refusal");
+  } catch (const JobError& error) {
+    CHECK(error.option() == "force");
+    CHECK_THAT(error.what(), Catch::EndsWith("; --force replaces a store"));
+  }
+  options.insert(options.end(), {{"force", "true"}, {"backend", "pread"}, {"compress", "fast"}});
+  CHECK_THAT(words_of("subdivide", options), Catch::EndsWith("backend compressed (backend)"));
+  CHECK_THAT(
+      words_of(
+          "convert",
+          {{"input", store}, {"output", store + "2"}, {"backend", "pread"}, {"compress", "fast"}}),
+      Catch::EndsWith("backend compressed (backend)"));
+}
+
+TEST_CASE("RunJob_ThatChangesNothingYet_SaysSoBeforeTheFirstFile") {
+  const TemporaryDirectory here;
+  const std::string mesh = octahedron_in(here), store = (here.path() / "s").string();
+  JobWatch watch;
+  watch.before_files = [] { throw Error(ErrorCode::kCancelled, "not yet"); };
+  for (const char* const job : {"subdivide", "remesh"}) {
+    const JobOptions options{{"input", mesh},
+                             {"output", store},
+                             {std::string(job) == "remesh" ? "faces" : "levels", "1"}};
+    CHECK(error_of([&] { run_job(job, options, watch); }).code() == ErrorCode::kCancelled);
+    CHECK_FALSE(std::filesystem::exists(store));
+  }
+}
+
+}  // namespace plait::test

@@ -1,0 +1,140 @@
+#include "job_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <deque>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arguments.h"
+#include "console.h"
+#include "interrupt.h"
+#include "json_text.h"
+#include "plait/job.h"
+#include "progress.h"
+
+namespace plait {
+namespace {
+
+/// What the command line has said of one option.
+struct GivenOption {
+  const JobOption* option;
+  std::vector<std::string> texts;
+  bool flag = false;
+};
+
+/// Draws a progress bar for each step, and lets a signal end the job.
+class JobWatcher {
+ public:
+  JobWatcher(const std::string& job, bool json)
+      : job_(job), progress_(std::in_place, job, ProgressUnit::kNone), nothing_is_made_yet_(json) {}
+
+  /// REQUIRES: this object outlives the run of the job.
+  JobWatch watch() {
+    return {[this](std::string_view step) { enter(step); },
+            [this](const Progress& now) {
+              const std::string_view phase = now.phase == step_ ? std::string_view() : now.phase;
+              return progress_->update(now.done, now.total, phase);
+            },
+            [this](const std::string& warning) {
+              progress_->clear();
+              report_warning(warning);
+            },
+            [this] { nothing_is_made_yet_.end(); }};
+  }
+
+ private:
+  void enter(std::string_view step) {
+    step_ = step;
+    progress_.emplace(step_ == job_ ? job_ : job_ + ": " + step_,
+                      step_ == "levels"                         ? ProgressUnit::kVertices
+                      : step_ == "convert" || step_ == "encode" ? ProgressUnit::kBytes
+                                                                : ProgressUnit::kNone);
+  }
+
+  std::string job_, step_;
+  std::optional<ProgressBar> progress_;
+  EndAtOnce nothing_is_made_yet_;
+};
+
+JobOptions texts_of(const std::deque<GivenOption>& given) {
+  JobOptions options;
+  for (const GivenOption& each : given) {
+    if (each.flag) options.emplace_back(each.option->name, "true");
+    for (const std::string& text : each.texts) options.emplace_back(each.option->name, text);
+  }
+  return options;
+}
+
+void add_job_option(CommandLine& command, const JobOption& option, GivenOption& given) {
+  std::string name = "--" + option.name;
+  if (option.position >= 0) {
+    name = option.name;
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::toupper(c); });
+  }
+  if (option.kind == OptionKind::kFlag) {
+    command.add_flag(name, given.flag, option.help);
+    return;
+  }
+  Option* added = nullptr;
+  if (option.kind == OptionKind::kTexts) {
+    added = command.add_option(name, given.texts, option.help)->allow_extra_args(false);
+  } else {
+    const auto take = [&given](const std::string& text) {
+      check_option(*given.option, text);
+      given.texts.assign(1, text);
+    };
+    added = option.kind == OptionKind::kNumber && !option.choices.empty()
+                ? command.add_option_with_optional_number(name, take, option.help)
+                : command.add_parsed_option(name, take, option.help);
+  }
+  // As the command line itself writes the values of an option: the completion reads them.
+  added->type_name(option.kind == OptionKind::kChoice
+                       ? fmt::format("{{{}}}", fmt::join(option.choices, ","))
+                       : option.value_name);
+  if (option.required) added->required();
+  if (option.default_text) added->default_str(*option.default_text);
+}
+
+int run_job_command(const JobCommand& command, const std::deque<GivenOption>& given,
+                    const CommandContext& context) {
+  nlohmann::ordered_json report;
+  try {
+    JobWatcher watcher(command.job, context.json);
+    report = nlohmann::ordered_json::parse(run_job(command.job, texts_of(given), watcher.watch(),
+                                                   {.backends = &context.backends,
+                                                    .open_backends = &context.open_backends,
+                                                    .option_prefix = "--"}));
+  } catch (const JobError& error) {
+    if (error.report().empty() || !command.failed) throw;
+    return command.failed(nlohmann::ordered_json::parse(error.report()), context.json);
+  }
+  print(context.json ? json_text(report) : command.text(report));
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_job_command(CommandLine& program, CommandContext& context, JobCommand command) {
+  const JobDescription& job = find_job(command.job);
+  CommandLine* const line = program.add_subcommand(job.name, job.summary);
+  const auto given = std::make_shared<std::deque<GivenOption>>();
+  for (const JobOption& option : job.options) {
+    given->push_back({&option, {}});
+    add_job_option(*line, option, given->back());
+  }
+  add_plugin_option(*line, context);
+  add_json_option(*line, context);
+  line->footer(command.footer);
+  line->callback([given, &context, command = std::move(command)] {
+    context.run = [given, &context, command] { return run_job_command(command, *given, context); };
+  });
+}
+
+}  // namespace plait

@@ -1,0 +1,27 @@
+// tools/job_command.h: the command of a job. Its options, their order and their --help are those of
+// the job (plait/job.h).
+#pragma once
+
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "command.h"
+#include "command_line/command_line.h"
+
+namespace plait {
+
+struct JobCommand {
+  std::string job;     ///< its name, which is that of the command
+  std::string footer;  ///< of --help
+  /// What the command prints of the report.
+  std::function<std::string(const nlohmann::ordered_json& report)> text;
+  /// For a job whose error has a report: prints it, and returns the exit status.
+  std::function<int(const nlohmann::ordered_json& report, bool json)> failed = {};
+};
+
+/// Adds the command, with --json and --plugin. Values are checked when the command line is parsed,
+/// as far as that needs no plug-in.
+void add_job_command(CommandLine& program, CommandContext& context, JobCommand command);
+
+}  // namespace plait
