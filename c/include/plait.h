@@ -448,11 +448,12 @@ typedef struct plait_subdivide_options {
 } plait_subdivide_options;
 #define PLAIT_SUBDIVIDE_OPTIONS_INIT \
   { sizeof(plait_subdivide_options), NULL, NULL, NULL, NULL, 1, 1, 0, 0, 0, 0 }
-/* Refines attribute "position" from its finest level to `levels`. Does not commit at the end. Errors
- * before the first change: INVALID_ARGUMENT; NOT_SUPPORTED (limit positions of a scheme without
- * them; "fused" in a store that has levels); BUDGET with the budget that the whole work needs;
- * BAD_STATE, also if positions are unfinished. After any later error (CANCELLED, IO, NO_SPACE), call
- * plait_store_roll_back(): until then nobody can read what is unfinished, or commit the store. */
+/* Refines attribute "position" from its finest level to `levels`. Does not commit at the end.
+ * Errors before the first change: INVALID_ARGUMENT; NOT_SUPPORTED (limit positions of a scheme
+ * without them; "fused" in a store that has levels); BUDGET with the budget that the whole work
+ * needs; BAD_STATE, also if positions are unfinished. After any later error (CANCELLED, IO,
+ * NO_SPACE), call plait_store_roll_back(): until then nobody can read what is unfinished, or commit
+ * the store. */
 PLAIT_API plait_status plait_store_subdivide(plait_store* store,
                                              const plait_subdivide_options* options);
 
