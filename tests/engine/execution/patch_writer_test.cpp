@@ -274,7 +274,7 @@ TEST_CASE("PatchWriter_MissingPatch_IsNamedByFinishCommitAndReader") {
     CHECK(names(refused([&] { heights.store.commit(); }, ErrorCode::kBadState), {"under way"}));
   }
   CHECK(names(refused([&] { heights.store.commit(); }, ErrorCode::kBadState),
-              {"level 1", "'height'", "face 5"}));
+              {"level 0", "'height'", "face 5"}));
   const Reader reader(heights.store);
   CHECK(names(refused([&] { reader.read_patch(0, kFinest); }, ErrorCode::kBadState), {"face 5"}));
 }
