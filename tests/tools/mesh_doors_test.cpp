@@ -2,6 +2,7 @@
 // seams, numbers that are left out.
 #include <fmt/format.h>
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>

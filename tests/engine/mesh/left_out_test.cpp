@@ -74,7 +74,7 @@ TEST_CASE("ReadPly_WhatIsNoAttribute_IsNamed") {
 
 TEST_CASE("ReadOff_CountsBehindTheKeywordWithoutABlank_AreRead") {
   const MeshDirectory directory;
-  for (const char* header : {"OFF3 1 0\n", "COFF3 1 0\n", "OFF3\n1\n0\n", "STCNOFF3 1\n"}) {
+  for (const char* header : {"OFF3 1 0\n", "COFF3 1 0\n", "OFF3\n1\n", "STCNOFF3 1\n"}) {
     INFO(header);
     const IndexedMesh mesh = read_indexed_mesh(
         directory.file("a", std::string(header) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"));
@@ -98,7 +98,7 @@ TEST_CASE("ReadGzip_ZerosBehindTheLastMember_ArePadding") {
           read_indexed_mesh(directory.file("b.obj.gz", whole + std::string(zeros, '\0'))), wanted));
     }
     CHECK_THROWS_AS(read_indexed_mesh(directory.file(
-                        "c.obj.gz", whole.substr(0, whole.size() - 9) + std::string(512, '\0'))),
+                        "c.obj.gz", whole.substr(0, whole.size() - 12) + std::string(512, '\0'))),
                     Error);
     CHECK_THROWS_AS(read_indexed_mesh(directory.file("c.obj.gz", whole + "words")), Error);
   }
