@@ -13,6 +13,7 @@
 
 #include "guard.h"
 #include "handles.h"
+#include "mesh/narrowing.h"
 #include "plait.h"
 #include "plait/extend/edge_index.h"
 #include "plait/mesh_io.h"
@@ -91,6 +92,8 @@ plait_store* create(const char* path, const plait_store_options* given, const Ma
 
   std::vector<std::string> warnings;
   BaseMesh mesh = make_mesh(&warnings);
+  if (wanted.position_type != PLAIT_NO_POSITIONS)
+    (void)precision_for(mesh.positions(), mesh.faces(), precision, "create", warnings);
   if (wanted.warn != nullptr)
     for (const std::string& warning : warnings) wanted.warn(warning.c_str(), wanted.user);
   if (wanted.base_level > 0) mesh = rebase(mesh, wanted.base_level, scheme, precision);

@@ -146,7 +146,7 @@ void check_option(const JobOption& option, const std::string& text) {
       if (!is_choice()) parse_whole_number(text, option.first, option.last);
       return;
     case OptionKind::kNumber:
-      parse_number(text, option.low, option.high);
+      if (!is_choice()) parse_number(text, option.low, option.high);
       return;
     case OptionKind::kChoice:
       if (!is_choice())

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -27,6 +28,7 @@
 
 #include "base/byte_text.h"
 #include "option_text.h"
+#include "plait/attribute.h"
 #include "plait/extend/thread_count.h"
 #include "plait/job.h"
 
@@ -201,6 +203,36 @@ class JobTable {
               thread_count(static_cast<int>(parse_whole_number(text, 0, 1024)), name);
         });
     return *this;
+  }
+  template <class Access>
+  JobTable& precision(Access access, std::string help) {
+    return choice(
+               "precision", {"auto", "float32", "float64"},
+               [access](Arguments& arguments, const std::string& name) {
+                 auto& precision = std::invoke(access, arguments);
+                 if (name == "auto")
+                   precision.reset();
+                 else
+                   precision =
+                       name == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
+               },
+               std::move(help))
+        .by_default("auto");
+  }
+  template <class Access>
+  JobTable& weld(Access access) {
+    constexpr double kFarthest = std::numeric_limits<double>::max();
+    return add({.name = "weld",
+                .kind = OptionKind::kNumber,
+                .help = "Vertices at most this far from each other become one; without a number "
+                        "those of equal positions",
+                .value_name = "[TOLERANCE]",
+                .choices = {"true"},
+                .high = kFarthest},
+               [access](Arguments& arguments, const std::string& text) {
+                 std::invoke(access, arguments) =
+                     text == "true" ? 0 : parse_number(text, 0, kFarthest);
+               });
   }
   template <class Access>
   JobTable& compress(Access access) {

@@ -11,6 +11,9 @@
 
 namespace plait {
 
+/// A distance of 0 or more. Errors: kInvalidArgument for anything else.
+double parse_tolerance(std::string_view text);
+
 struct PictureSize {
   int width = 0, height = 0;  ///< pixels, 1 to 8192
 };

@@ -33,6 +33,15 @@ Option* add_level_option(CommandLine& command, int& level, const std::string& de
   return add_whole_option(command, "--level", level, 0, kMaxLevel, description);
 }
 
+Option* add_weld_option(CommandLine& command, std::optional<double>& tolerance) {
+  return command
+      .add_option_with_optional_number(
+          "--weld", [&tolerance](const std::string& text) { tolerance = parse_tolerance(text); },
+          "Vertices at most so far from each other become one; without a number those of equal "
+          "positions")
+      ->type_name("[TOLERANCE]");
+}
+
 Option* add_output_option(CommandLine& command, const std::string& name,
                           std::filesystem::path& path, const std::string& description) {
   return command

@@ -9,6 +9,7 @@
 #include "argument_text.h"
 #include "command.h"
 #include "command_line/command_line.h"
+#include "plait/attribute.h"
 #include "plait/options.h"
 
 namespace plait {
@@ -24,6 +25,8 @@ Option* add_whole_option(CommandLine& command, const std::string& name, Number& 
 Option* add_threads_option(CommandLine& command, int& threads, const std::string& description);
 /// --level K, 0 to kMaxLevel. A command uses the finest level if the option is not given (-1).
 Option* add_level_option(CommandLine& command, int& level, const std::string& description);
+/// --weld [TOLERANCE], a number of 0 or more; 0 if it is left out.
+Option* add_weld_option(CommandLine& command, std::optional<double>& tolerance);
 /// A positional argument that names the output. "-" is refused, because commands write no output to
 /// standard output.
 Option* add_output_option(CommandLine& command, const std::string& name,

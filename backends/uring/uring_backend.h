@@ -7,7 +7,7 @@
 
 #include "plait/extend/backend.h"
 
-PLAIT_BEGIN_PRIVATE_NAMESPACE
+PLAIT_BEGIN_NAMESPACE
 
 constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = true};
 

@@ -15,7 +15,7 @@
 
 #include "plait/detail/namespace.h"
 
-PLAIT_BEGIN_PRIVATE_NAMESPACE
+PLAIT_BEGIN_NAMESPACE
 
 /// Blocks, in the calling thread, all signals but those that the kernel sends for a fault of the
 /// thread itself.

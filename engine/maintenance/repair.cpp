@@ -111,7 +111,8 @@ RepairReport repair(const std::filesystem::path& path, const RepairOptions& opti
   if (!report.lost_files.empty()) return report;
 
   const bool writable = !options.dry_run && !check.in_shards;
-  Store store = Store::open(readable, {writable, options.budget_bytes}, backends);
+  Store store =
+      Store::open(readable, {.writable = writable, .budget_bytes = options.budget_bytes}, backends);
   repair_blocks(store, check.in_shards, options, remaker, report);
   report.version = store.sequence();
   store.close();

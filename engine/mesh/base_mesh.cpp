@@ -13,8 +13,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-[[noreturn]] void refuse(std::string_view source, const std::string& what) {
-  throw Error(ErrorCode::kInvalidArgument, fmt::format("{}: {}", source, what));
+[[noreturn]] void refuse(std::string_view name, const std::string& what) {
+  throw Error(ErrorCode::kInvalidArgument, fmt::format("{}: {}", name, what));
 }
 
 void check_sizes(const IndexedMesh& mesh, std::string_view source) {
@@ -27,13 +27,14 @@ void check_sizes(const IndexedMesh& mesh, std::string_view source) {
   if (mesh.faces.empty()) refuse(source, "expected at least one face, found none");
 }
 
-void check_elements(const IndexedMesh& mesh, std::string_view source) {
+void check_elements(const IndexedMesh& mesh, const MeshSource& source) {
   for_parts(mesh.positions.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t vertex = first; vertex < last; ++vertex) {
       const Vector3<double>& p = mesh.positions[vertex];
       if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-        refuse(source, fmt::format("vertex {}: expected a finite position, found ({}, {}, {})",
-                                   vertex, p.x, p.y, p.z));
+        refuse(source.name(),
+               fmt::format("vertex {}: expected a finite position, found ({}, {}, {})", vertex, p.x,
+                           p.y, p.z));
     }
   });
   check_faces(mesh.faces, mesh.positions.size(), source);
@@ -79,25 +80,26 @@ void warn(std::vector<std::string>* warnings, std::string text) {
 
 BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
                          std::vector<std::string>* warnings) try {
+  const MeshSource names(source, mesh.cut_faces);
   check_sizes(mesh, source);
-  check_elements(mesh, source);
+  check_elements(mesh, names);
 
   BaseMesh result;
-  MatchedSides sides = match_sides(mesh.faces, mesh.positions.size(), source);
+  MatchedSides sides = match_sides(mesh.faces, mesh.positions.size(), names);
   if (!sides.oriented) {
     for (const FaceVertices& face : mesh.faces) result.input_faces_.push_back(face[1]);
-    const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, source);
+    const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, names);
     for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
       std::uint32_t& entry = result.input_faces_[face];
       entry = 2 * face + (mesh.faces[face][1] != entry ? 1 : 0);
     }
     warn(warnings, fmt::format("{}: {} of {} faces flipped to the orientation of the first face of "
                                "their component",
-                               source, flipped, mesh.faces.size()));
+                               source, flipped, names.face_count(mesh.faces.size())));
   }
 
   result.vertex_corners_ =
-      find_vertex_corners(mesh.faces, sides.twins, mesh.positions.size(), source);
+      find_vertex_corners(mesh.faces, sides.twins, mesh.positions.size(), names);
   result.input_vertex_count_ = mesh.positions.size();
   // Unused vertices are dropped only here, so that all messages above name vertices as the input
   // does.

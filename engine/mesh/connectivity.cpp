@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "mesh/parallel_parts.h"
@@ -50,12 +51,37 @@ auto& entry(auto&& table, FaceSide side) {
   return table[side.face()][static_cast<std::size_t>(side.side())];
 }
 
+/// The corner at the same vertex in the next face of its fan.
+FaceSide next_corner(std::span<const SideCodes> twins, FaceSide corner) {
+  const FaceSide beyond = from_code(entry(twins, FaceSide(corner.face(), (corner.side() + 1) % 3)));
+  return beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
+}
+
+[[noreturn]] void refuse_fans(std::span<const FaceVertices> faces, std::span<const SideCodes> twins,
+                              VertexId vertex, FaceSide first, const MeshSource& source) {
+  std::set<std::uint64_t> all, of_fan;  // numbers of the file
+  for (FaceId face = 0; face < faces.size(); ++face)
+    if (std::ranges::find(faces[face], vertex) != faces[face].end()) all.insert(source.face(face));
+  FaceSide corner = first;
+  do {
+    of_fan.insert(source.face(corner.face()));
+    corner = next_corner(twins, corner);
+  } while (corner.exists() && corner != first);
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} in "
+                          "the fan of face {}{}",
+                          source.name(), vertex, all.size(), of_fan.size(),
+                          source.face(first.face()), kRepairAdvice));
+}
+
 }  // namespace
 
 void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
-                 std::string_view source) {
+                 const MeshSource& source) {
   const auto refuse_face = [&](std::size_t face, const std::string& what) {
-    throw Error(ErrorCode::kInvalidArgument, fmt::format("{}: face {}: {}", source, face, what));
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: face {}: {}", source.name(),
+                            source.face(static_cast<FaceId>(face)), what));
   };
   for_parts(faces.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t face = first; face < last; ++face) {
@@ -65,14 +91,14 @@ void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count
           refuse_face(face,
                       fmt::format("expected vertices below {}, found {}", vertex_count, vertex));
       if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
-        refuse_face(face, fmt::format("expected three different vertices, found {} {} {}",
-                                      corners[0], corners[1], corners[2]));
+        refuse_face(face, fmt::format("expected three different vertices, found {} {} {}{}",
+                                      corners[0], corners[1], corners[2], kRepairAdvice));
     }
   });
 }
 
 std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::span<SideCodes> twins,
-                                          std::string_view source) {
+                                          const MeshSource& source) {
   enum State : std::uint8_t { kUnseen, kKept, kFlipped };
   std::vector<std::uint8_t> state(faces.size(), kUnseen);
   std::vector<FaceId> queue;
@@ -97,15 +123,16 @@ std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::sp
               ErrorCode::kInvalidArgument,
               fmt::format("{}: edge {}-{}: expected faces {} and {} to have one orientation, found "
                           "none for their component: it has only one side",
-                          source, corners[static_cast<std::size_t>((side + 1) % 3)],
+                          source.name(), corners[static_cast<std::size_t>((side + 1) % 3)],
                           corners[static_cast<std::size_t>((side + 2) % 3)],
-                          std::min(face, beyond.face()), std::max(face, beyond.face())));
+                          source.face(std::min(face, beyond.face())),
+                          source.face(std::max(face, beyond.face()))));
         }
       }
     }
   }
 
-  std::uint64_t flipped = 0;
+  std::uint64_t flipped = 0, last_flipped = kNoId;
   for (FaceId face = 0; face < faces.size(); ++face) {
     for (std::uint32_t& twin : twins[face]) {
       const FaceSide beyond = from_code(twin);
@@ -115,14 +142,16 @@ std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::sp
     if (state[face] != kFlipped) continue;
     std::swap(faces[face][1], faces[face][2]);
     std::swap(twins[face][1], twins[face][2]);
-    ++flipped;
+    const std::uint64_t of_file = source.face(face);
+    flipped += of_file == last_flipped ? 0 : 1;
+    last_flipped = of_file;
   }
   return flipped;
 }
 
 std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
                                           std::span<const SideCodes> twins,
-                                          std::uint64_t vertex_count, std::string_view source) {
+                                          std::uint64_t vertex_count, const MeshSource& source) {
   constexpr std::uint32_t kAfterBorder = 0;
   struct Fan {
     /// The corner of smallest rank is the fan's first. kAfterBorder after a border edge, else 1 +
@@ -153,16 +182,10 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
       FaceSide corner = first;
       do {
         ++reached;
-        const FaceSide beyond =
-            from_code(entry(twins, FaceSide(corner.face(), (corner.side() + 1) % 3)));
-        corner = beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
+        corner = next_corner(twins, corner);
       } while (corner.exists() && corner != first);
       if (reached != fans[vertex].corner_count)
-        throw Error(
-            ErrorCode::kInvalidArgument,
-            fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} "
-                        "in the fan of face {}",
-                        source, vertex, fans[vertex].corner_count, reached, first.face()));
+        refuse_fans(faces, twins, static_cast<VertexId>(vertex), first, source);
     }
   });
   return result;

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "mesh/mesh_source.h"
 #include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -41,7 +42,7 @@ inline FaceSide from_code(std::uint32_t code) {
 /// Errors: kInvalidArgument for an index of `vertex_count` or more, and for a face that names a
 /// vertex twice.
 void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
-                 std::string_view source);
+                 const MeshSource& source);
 
 struct MatchedSides {
   std::vector<SideCodes> twins;  ///< [face][side]
@@ -61,25 +62,29 @@ constexpr std::size_t kMostInPlainFan = 32;
 /// REQUIRES: indices below `vertex_count`, three different ones per face.
 /// Errors: kInvalidArgument for an edge of more than two faces, and for a face given twice.
 MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
-                         std::string_view source, std::vector<SideCodes> room = {});
+                         const MeshSource& source, std::vector<SideCodes> room = {});
 
 /// The vertices that have faces but no plain fan, ascending. O(V + F); 12 F + 4 V bytes of memory.
 /// REQUIRES: indices below `vertex_count`.
 std::vector<VertexId> without_plain_fan(std::span<const FaceVertices> faces,
                                         std::uint64_t vertex_count);
 
+/// What the refusal of a mesh that is no manifold says at its end: which commands take such a mesh.
+constexpr std::string_view kRepairAdvice =
+    "; plait check counts such places, and plait remesh repairs them";
+
 /// Flips faces (corner 0 stays) until each agrees with the first face of its component. Returns the
-/// number of flipped faces.
+/// number of flipped faces of the file.
 /// Errors: kInvalidArgument for a component with only one side.
 std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::span<SideCodes> twins,
-                                          std::string_view source);
+                                          const MeshSource& source);
 
 /// Topology::vertex_corners; a vertex that no face uses gets none. O(V + F) for any valence.
 /// REQUIRES: oriented faces.
 /// Errors: kInvalidArgument for a vertex whose faces form more than one fan.
 std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
                                           std::span<const SideCodes> twins,
-                                          std::uint64_t vertex_count, std::string_view source);
+                                          std::uint64_t vertex_count, const MeshSource& source);
 
 /// Numbers the edges by first use and replaces each twin by its edge. Returns the edges.
 /// REQUIRES: oriented faces.

@@ -68,15 +68,15 @@ CornerLists corners_by_vertex(std::span<const FaceVertices> faces, std::uint64_t
 }
 
 [[noreturn]] void refuse_shared_edge(VertexId low, std::span<const std::uint64_t> same_edge,
-                                     std::string_view source) {
+                                     const MeshSource& source) {
   const auto face_at = [&](std::size_t at) {
-    return from_code(static_cast<std::uint32_t>(same_edge[at])).face();
+    return source.face(from_code(static_cast<std::uint32_t>(same_edge[at])).face());
   };
   throw Error(
       ErrorCode::kInvalidArgument,
-      fmt::format("{}: edge {}-{}: expected at most two faces, found {}: faces {}, {}, {}{}",
-                  source, low, same_edge[0] >> 32, same_edge.size(), face_at(0), face_at(1),
-                  face_at(2), same_edge.size() > 3 ? ", ..." : ""));
+      fmt::format("{}: edge {}-{}: expected at most two faces, found {}: faces {}, {}, {}{}{}",
+                  source.name(), low, same_edge[0] >> 32, same_edge.size(), face_at(0), face_at(1),
+                  face_at(2), same_edge.size() > 3 ? ", ..." : "", kRepairAdvice));
 }
 
 /// What a part of the vertices says about the mesh.
@@ -165,7 +165,7 @@ bool PlainFan::is_one_fan(std::size_t count, std::uint64_t reached) const {
 
 class SideMatcher {
  public:
-  SideMatcher(std::span<const FaceVertices> faces, std::uint32_t* twins, std::string_view source,
+  SideMatcher(std::span<const FaceVertices> faces, std::uint32_t* twins, const MeshSource& source,
               MatchedPart& found)
       : faces_(faces), twins_(twins), source_(source), found_(found) {}
 
@@ -185,7 +185,7 @@ class SideMatcher {
 
   std::span<const FaceVertices> faces_;
   std::uint32_t* twins_;  ///< [FaceSide::code]
-  std::string_view source_;
+  const MeshSource& source_;
   MatchedPart& found_;
   PlainFan fan_;
   std::vector<std::uint64_t> sides_;  ///< of match_any()
@@ -229,15 +229,16 @@ void SideMatcher::match_edge(VertexId vertex, std::span<const std::uint64_t> sam
   if (!two.exists() || one_begins != two_begins) return;
   found_.oriented = false;
   if (reports && opposite_vertex(faces_, one) == opposite_vertex(faces_, two))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("{}: face {}: expected a new face, found a copy of face {}", source_,
-                            two.face(), one.face()));
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("{}: face {}: expected a new face, found a copy of face {}{}", source_.name(),
+                    source_.face(two.face()), source_.face(one.face()), kRepairAdvice));
 }
 
 }  // namespace
 
 MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
-                         std::string_view source, std::vector<SideCodes> room) {
+                         const MeshSource& source, std::vector<SideCodes> room) {
   MatchedSides result;
   if (faces.empty()) return result;
   const CornerLists lists = corners_by_vertex(faces, vertex_count);

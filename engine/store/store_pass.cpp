@@ -24,6 +24,13 @@ bool has(const Store::Implementation& state, StorePass::Kind kind) {
   return state.pass_counts[static_cast<std::size_t>(kind)] > 0;
 }
 
+LevelPipelines pipelines_of_new(const Store::Implementation& state,
+                                const StoreAccess::NewLevels& levels) {
+  if (levels.id != kNoId) return state.attributes[levels.id].record.pipeline;
+  return state.options.pipeline_of ? state.options.pipeline_of(levels.schema)
+                                   : *state.options.pipeline;
+}
+
 }  // namespace
 
 const std::string& Store::Implementation::name() const {
@@ -131,6 +138,19 @@ WrittenRecords& StoreAccess::base_records_of(Store& store, AttributeId attribute
   return *attribute_of(store.state(), attribute).base_written;
 }
 
+bool StoreAccess::are_encoded_from_each_other(const Store& store, const NewLevels& levels) {
+  const Store::Implementation& state = store.state();
+  if (!state.backend.stages) return false;
+  const LevelPipelines pipelines = pipelines_of_new(state, levels);
+  FilterLevel filtered;
+  filtered.schema = levels.schema;
+  for (int level = levels.first_level + 1; level <= levels.last_level; ++level) {
+    const OpenPipeline open = state.backend.stages->open(pipelines.of(level), filtered);
+    if (!open.filters.empty() && open.filters.front()->needs_other_blocks()) return true;
+  }
+  return false;
+}
+
 std::uint64_t StoreAccess::frame_budget_with(const Store& store, std::span<const NewLevels> levels,
                                              const Provenance* planned) {
   const Store::Implementation& state = store.state();
@@ -139,9 +159,7 @@ std::uint64_t StoreAccess::frame_budget_with(const Store& store, std::span<const
   std::uint32_t number = state.next_number;
   for (const NewLevels& made : levels) {
     const bool is_new = made.id == kNoId;
-    LevelPipelines pipelines = !is_new ? state.attributes[made.id].record.pipeline
-                               : state.options.pipeline_of ? state.options.pipeline_of(made.schema)
-                                                           : *state.options.pipeline;
+    LevelPipelines pipelines = pipelines_of_new(state, made);
     if (planned)
       pipelines = state.backend.planned(std::move(pipelines),
                                         {made.schema, *planned, made.last_level, false});

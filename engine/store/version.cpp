@@ -46,6 +46,7 @@ VersionDescription Store::Implementation::description() const {
   result.pipeline = *options.pipeline;
   result.provenance = provenance;
   for (std::size_t i = 0; i < attributes.size(); ++i) {
+    if (!attributes[i].becomes.empty()) continue;  // commit() refuses the store while it has one
     result.attributes.push_back(attributes[i].record);
     result.attributes.back().schema = infos[i].schema;
     for (std::size_t at = 0; at < attributes[i].levels.size(); ++at) {

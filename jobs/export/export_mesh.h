@@ -66,7 +66,8 @@ struct ExportResult {
 /// kInvalidArgument for a name of no known format, for a level, a face or an attribute that the
 /// store does not have, for a box that no patch meets, for an attribute that the format cannot
 /// hold, for a file that exists without `replace`, and for more vertices, facets or bytes than the
-/// format can count; kCancelled; kIo, kNoSpace, kCorruption. Pinned by tests/jobs/export/.
+/// format can count; kCancelled; kIo, kNoSpace, kCorruption. Pinned by tests/tools/export_test.cpp
+/// and tests/tools/export_readers_test.py.
 ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& backends,
                          const JobWatch& watch = {});
 

@@ -52,8 +52,8 @@ std::string property_name(const AttributeSchema& schema, std::uint32_t component
   return schema.components == 1 ? schema.name : fmt::format("{}_{}", schema.name, component);
 }
 
-std::string header(const ExportTask& task, std::span<const AttributeId> attributes,
-                   std::span<const FaceColumn> columns, const char* index_type) {
+std::string ply_header(const ExportTask& task, std::span<const AttributeId> attributes,
+                       std::span<const FaceColumn> columns, const char* index_type) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment plait: level {}\nelement vertex {}\n",
       task.level, task.vertices());
@@ -76,7 +76,8 @@ void write_ply_level(const ExportTask& task, OutputStream& output) {
   std::vector<AttributeId> attributes = {task.position};
   attributes.insert(attributes.end(), task.extras.begin(), task.extras.end());
   const std::vector<FaceColumn> columns = face_columns(task);
-  output.write(header(task, attributes, columns, fits_31_bits(task.vertices()) ? "int" : "uint"));
+  output.write(
+      ply_header(task, attributes, columns, fits_31_bits(task.vertices()) ? "int" : "uint"));
 
   std::vector<std::byte> rows;
   std::uint64_t done = 0;

@@ -14,6 +14,7 @@
 #include "address/record_sizes.h"
 #include "io/huge_pages.h"
 #include "mesh/files/ply_header.h"
+#include "mesh/weld.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -111,26 +112,45 @@ FineMesh fine_mesh(AttributedMesh read, ComponentType precision, const std::stri
                                                           : narrowed<float>(positions, source);
   std::ranges::move(read.attributes, std::back_inserter(mesh.attributes));
   mesh.faces = std::move(read.mesh.faces);
+  mesh.cut_faces = std::move(read.mesh.cut_faces);
   return mesh;
 }
 
 void connect(FineMesh& mesh, const std::string& source, std::vector<std::string>& warnings) {
+  const MeshSource names(source, mesh.cut_faces);
   if (mesh.faces.empty())
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("{}: expected at least one face, found none", source));
-  check_faces(mesh.faces, mesh.vertex_count, source);
+  const std::size_t triangles = mesh.faces.size();
+  check_faces(mesh.faces, mesh.vertex_count, names);
   if (connect_in_local_order(mesh)) return;
-  MatchedSides sides = match_sides(mesh.faces, mesh.vertex_count, source);
+  MatchedSides sides = match_sides(mesh.faces, mesh.vertex_count, names);
   if (!sides.oriented) {
-    const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, source);
+    const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, names);
     warnings.push_back(
         fmt::format("{}: {} of {} faces flipped to the orientation of the first "
                     "face of their component",
-                    source, flipped, mesh.faces.size()));
+                    source, flipped, names.face_count(triangles)));
   }
-  if (!sides.has_plain_fans)
-    find_vertex_corners(mesh.faces, sides.twins, mesh.vertex_count, source);
+  if (!sides.has_plain_fans) find_vertex_corners(mesh.faces, sides.twins, mesh.vertex_count, names);
   mesh.twins = std::move(sides.twins);
+}
+
+std::uint64_t seam_vertices(const FineMesh& mesh) {
+  const FinestMesh finest = mesh.view();
+  std::vector<VertexId> on_border;
+  for (FaceId face = 0; face < finest.twins.size(); ++face)
+    for (std::size_t side = 0; side < 3; ++side)
+      if (finest.twins[face][side] == kNoId)
+        for (const std::size_t corner : {(side + 1) % 3, (side + 2) % 3})
+          on_border.push_back(finest.file_vertex(finest.faces[face][corner]));
+  std::ranges::sort(on_border);
+  on_border.erase(std::unique(on_border.begin(), on_border.end()), on_border.end());
+  std::vector<Vector3<double>> positions;
+  for (const VertexId vertex : on_border)
+    positions.push_back(position_of(mesh.attributes[0], vertex));
+  std::iota(on_border.begin(), on_border.end(), VertexId{0});
+  return coinciding_vertices(positions, on_border);
 }
 
 void gather_records(const MeshAttribute& attribute, std::span<const VertexId> vertices,

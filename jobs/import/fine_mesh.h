@@ -19,6 +19,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// Its arrays take the memory of the import. The positions are the first attribute.
 struct FineMesh {
   std::vector<FaceVertices> faces;  ///< of the file; empty if `local` has them
+  std::vector<CutFace> cut_faces;   ///< of the file
   LocalMesh local;
   std::vector<SideCodes> twins;
   std::vector<MeshAttribute> attributes;  ///< of the vertices as the file numbers them
@@ -46,6 +47,8 @@ FineMesh fine_mesh(AttributedMesh read, ComponentType precision, const std::stri
 /// Finds the sides, and gives the mesh a local order. Errors: kInvalidArgument unless the mesh is
 /// an oriented manifold.
 void connect(FineMesh& mesh, const std::string& source, std::vector<std::string>& warnings);
+/// Vertices of borders whose positions others of them have. REQUIRES: connect() has passed.
+std::uint64_t seam_vertices(const FineMesh& mesh);
 
 /// Sets `records` to the attribute's records of these vertices.
 void gather_records(const MeshAttribute& attribute, std::span<const VertexId> vertices,

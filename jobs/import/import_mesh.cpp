@@ -15,6 +15,8 @@
 #include "base/threads.h"
 #include "import/fine_mesh.h"
 #include "job_rules.h"
+#include "mesh/narrowing.h"
+#include "mesh/weld.h"
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "plait/extend/recode_attribute.h"
@@ -128,8 +130,10 @@ void Import::read() {
   check_memory(expected_vertices(request_.mesh), sizeof(Vector3<float>));
   std::vector<std::string> warnings;
   AttributedMesh read = read_attributed_mesh(request_.mesh, &warnings);
+  if (request_.weld) result_.merged_vertices = weld(read, *request_.weld, source_, warnings);
+  const ComponentType precision =
+      precision_for(read.mesh, request_.precision, read.precision, source_, warnings);
   warn(std::exchange(warnings, {}));
-  const ComponentType precision = request_.precision.value_or(read.precision);
   mesh_ = fine_mesh(std::move(read), precision, source_);
   result_.read_seconds = clock_.lap();
   result_.vertices = mesh_.vertex_count;
@@ -143,6 +147,9 @@ void Import::read() {
   tell("connect");
   check_memory(mesh_.vertex_count, attribute_bytes);
   connect(mesh_, source_, warnings);
+  result_.seam_vertices = seam_vertices(mesh_);
+  if (result_.seam_vertices > 0)
+    warnings.push_back(fmt::format("{}: {}", source_, seam_text(result_.seam_vertices)));
   warn(warnings);
 }
 

@@ -21,6 +21,8 @@ JobReport run_import(ImportArguments& arguments, const JobCall& call) {
           {"store", arguments.store.string()},
           {"vertices", result.vertices},
           {"faces", result.faces},
+          {"merged_vertices", result.merged_vertices},
+          {"seam_vertices", result.seam_vertices},
           {"levels", result.levels},
           {"base_level", result.base_level},
           {"base_vertices", result.base_vertices},
@@ -53,12 +55,11 @@ Job import_job() {
       .count("levels", &ImportArguments::levels, 1, kMaxLevel,
              fmt::format("The number of levels, 1 to {}, or all that there are", kMaxLevel))
       .or_word("all");
-  table.choice(
-      "precision", {"float32", "float64"},
-      [](ImportArguments& arguments, const std::string& name) {
-        arguments.precision = name == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
-      },
-      "Type of the positions; default: as in a PLY file, float32 for other files");
+  table.precision(
+      &ImportArguments::precision,
+      "Type of the positions; auto: as in a PLY file; for other files float32, unless it moves "
+      "a vertex by more than a thousandth of the shortest edge there");
+  table.weld(&ImportArguments::weld);
   table.text("backend", &ImportArguments::backend,
              "The backend that stores the levels (see below)");
   table.compress(&ImportArguments::compress);

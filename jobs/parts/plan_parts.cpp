@@ -6,6 +6,7 @@
 
 #include "base/default_arithmetic.h"
 #include "job_rules.h"
+#include "mesh/narrowing.h"
 #include "parts/calibrate.h"
 #include "parts/cuts.h"
 #include "parts/plan_file.h"
@@ -75,6 +76,8 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   }
   check_new_directory(request.plan);
   BaseMesh mesh = read_base_mesh(request.mesh, &plan.warnings);
+  (void)precision_for(mesh.positions(), mesh.faces(), request.precision, request.mesh.native(),
+                      plan.warnings);
   plan.vertices = counts_at_level(mesh, request.levels).vertices;
   plan.levels = request.levels;
   plan.base_level = rebase_levels(request.levels, position.record_bytes(),

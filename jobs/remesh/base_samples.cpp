@@ -189,17 +189,21 @@ void BaseSampler::mark_turned() {
                   });
 }
 
+/// With the numbers that the store has: of float32, unless it gets float64.
 void BaseSampler::set_positions() {
+  const auto stored = [&](double number) {
+    return report_.precision == ComponentType::kFloat64 ? number
+                                                        : double{static_cast<float>(number)};
+  };
   result_.surface.positions.reserve(result_.samples.size());
   for (const SurfacePoint& sample : result_.samples) {
     const Point p = position_of(scan_, sample);
-    const Vector3<float> narrow = {static_cast<float>(p.x), static_cast<float>(p.y),
-                                   static_cast<float>(p.z)};
-    if (!std::isfinite(narrow.x) || !std::isfinite(narrow.y) || !std::isfinite(narrow.z))
+    const Point rounded = {stored(p.x), stored(p.y), stored(p.z)};
+    if (!std::isfinite(rounded.x) || !std::isfinite(rounded.y) || !std::isfinite(rounded.z))
       throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("remesh {}: expected positions within float32, found ({}, {}, {})",
-                              request_.scan.native(), p.x, p.y, p.z));
-    result_.surface.positions.push_back(narrow);
+                  fmt::format("remesh {}: expected positions within {}, found ({}, {}, {})",
+                              request_.scan.native(), to_string(report_.precision), p.x, p.y, p.z));
+    result_.surface.positions.push_back(rounded);
   }
 }
 

@@ -9,6 +9,8 @@
 #include "base/stopwatch.h"
 #include "import/fine_mesh.h"
 #include "job_rules.h"
+#include "mesh/narrowing.h"
+#include "mesh/weld.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/attributed_mesh.h"
@@ -83,6 +85,11 @@ class ScanRun {
 void ScanRun::check_request() const {
   if (request_.faces < 1)
     throw Error(ErrorCode::kInvalidArgument, "remesh: faces: expected 1 or more, found 0");
+  if (request_.precision && *request_.precision != ComponentType::kFloat32 &&
+      *request_.precision != ComponentType::kFloat64)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("remesh: precision: expected float32 or float64, found {}",
+                            to_string(*request_.precision)));
   if (request_.levels < 1 || request_.levels > 12)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("remesh: levels: expected 1 to 12, found {}", request_.levels));
@@ -113,12 +120,20 @@ void ScanRun::read_scan() {
   std::vector<std::string> warnings;
   AttributedMesh mesh = read_attributed_mesh(request_.scan, &warnings, NotFinite::kKeep);
   leave_out_own_names(mesh.attributes, request_.distances, warnings);
-  if (watch_.warn)
-    for (const std::string& warning : warnings) watch_.warn(warning);
+  if (request_.weld)
+    report_.merged_vertices = weld(mesh, *request_.weld, request_.scan.native(), warnings);
+  report_.precision =
+      precision_for(mesh.mesh, request_.precision, {}, request_.scan.native(), warnings);
   report_.read_seconds = clock.lap();
   check_memory(mesh.mesh.faces.size());
   progress_.begin("repair", 0);
   Repaired repaired = repair(std::move(mesh.mesh), request_.repair, request_.scan.native());
+  report_.seam_vertices = repaired.seam_vertices;
+  if (repaired.seam_vertices > 0)
+    warnings.push_back(
+        fmt::format("{}: {}", request_.scan.native(), seam_text(repaired.seam_vertices)));
+  if (watch_.warn)
+    for (const std::string& warning : warnings) watch_.warn(warning);
   attributes_ = ScanAttributes(std::move(mesh.attributes), repaired);
   scan_ = std::move(repaired.surface);
   report_.repairs = repaired.list;
@@ -144,10 +159,10 @@ void ScanRun::make_store() {
 void ScanRun::write_store(const std::filesystem::path& path) {
   StoreOptions options = request_.options;
   const SampledSurface& surface = sampled_.surface;
-  options.expected_bytes = surface.positions.size() * sizeof(Vector3<float>);
+  options.expected_bytes = surface.positions.size() * 3 * component_bytes(report_.precision);
   Store store =
       Store::create(path, BaseMesh(surface.base), options, backends_, {.layout = "hilbert"});
-  write_levels(surface, store, request_.threads, progress_.during(kWriting));
+  write_levels(surface, report_.precision, store, request_.threads, progress_.during(kWriting));
   write_attributes(attributes_, scan_, sampled_.samples, surface, store,
                    progress_.during(kWritingAttributes));
   for (std::size_t at = 0; at < attributes_.count(); ++at)

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,12 @@ struct RemeshRequest {
   std::uint64_t faces = 0;      ///< of the base mesh, at most (one more for a closed surface)
   int levels = 3;               ///< 1 or more
   SurfaceRepairOptions repair = {};
+  /// float32 or float64. Not set: float32, but float64 if float32 moved a vertex of the scan by
+  /// more than a thousandth of the shortest edge there.
+  std::optional<ComponentType> precision = {};
+  /// Vertices of the scan at most so far from each other become one; 0: those of equal positions.
+  /// Not set: all stay.
+  std::optional<double> weld = {};
   /// Where small triangles stay turned over, the base mesh is made anew, with more of its faces
   /// there, up to seven times. An error if some are left.
   bool refuse_turned = false;
@@ -47,8 +54,11 @@ struct BaseShape {
 
 struct RemeshReport {
   RepairList repairs;
-  SurfaceFigures scan, base;                    ///< after the repair; of the base mesh
-  std::uint64_t vertices = 0, small_faces = 0;  ///< of the finest level
+  /// Vertices of the file that the weld merged, and those of borders whose positions others have.
+  std::uint64_t merged_vertices = 0, seam_vertices = 0;
+  ComponentType precision = ComponentType::kFloat32;  ///< of the positions
+  SurfaceFigures scan, base;                          ///< after the repair; of the base mesh
+  std::uint64_t vertices = 0, small_faces = 0;        ///< of the finest level
   /// If the base mesh has more faces than asked for: the edges left that could not collapse,
   /// because genus, borders or components would change, or because a face would turn or become a
   /// needle.
@@ -67,10 +77,10 @@ struct RemeshReport {
          relax_seconds = 0, untangle_seconds = 0, write_seconds = 0, report_seconds = 0;
 };
 
-/// Makes the store: attribute "position" (float32 x 3) on all levels, at points of the scan, and
-/// the vertex attributes of a PLY file there (remesh/scan_attributes.h). If small triangles stay
-/// turned over, attribute "turned" (uint8) is 1 at their corners and 0 elsewhere. After an error
-/// there is no new store.
+/// Makes the store: attribute "position" (3 x float32 or float64) on all levels, at points of the
+/// scan, and the vertex attributes of a PLY file there (remesh/scan_attributes.h). If small
+/// triangles stay turned over, attribute "turned" (uint8) is 1 at their corners and 0 elsewhere.
+/// After an error there is no new store.
 ///
 /// Progress counts thousandths of the whole work; there are no other steps.
 ///

@@ -33,6 +33,9 @@ JobReport run_remesh(RemeshRequest& request, const JobCall& call) {
                     {"area_spread",
                      {{"percentile_90", report.area_spread.percentile_90},
                       {"share_within_4", report.area_spread.share_within_4}}},
+                    {"merged_vertices", report.merged_vertices},
+                    {"seam_vertices", report.seam_vertices},
+                    {"precision", to_string(report.precision)},
                     {"diagonal", report.diagonal},
                     {"mean_edge", report.mean_edge}};
   if (request.report_samples > 0) {
@@ -82,6 +85,10 @@ Job remesh_job() {
              "Add attribute distance: how far the scan is from the store");
   table.count("samples", &RemeshRequest::report_samples, 0, 1000000000,
               "Points of the report in each direction; 0 for no distances");
+  table.precision(&RemeshRequest::precision,
+                  "Type of the positions; auto: float32, unless it moves a vertex of INPUT by more "
+                  "than a thousandth of the shortest edge there");
+  table.weld(&RemeshRequest::weld);
   table.text(
       "backend", [](RemeshRequest & request) -> auto& { return request.options.backend; },
       "The backend that stores the levels (see below)");

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <string>
 #include <tuple>
@@ -19,18 +20,25 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// Writes the records of all vertices, which are in the order of SampleNumbers.
-template <class Record>
+Vector3<float> in_float32(const Point& p) {
+  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
+
+/// Writes the records record_of(value) of all vertices, whose values are in the order of
+/// SampleNumbers.
+template <class Record, class Value, class RecordOf = std::identity>
 void write_attribute(Store& store, const std::string& name, int levels, int threads,
-                     const std::vector<Record>& records, const ProgressCallback& progress) {
+                     const std::vector<Value>& values, const ProgressCallback& progress,
+                     RecordOf record_of = {}) {
   store.add_attribute(schema_of<Record>(name), levels);
   const SampleNumbers numbers(store.base(), levels);
   visit_vertices(
       store, {.name = "remesh", .threads = threads, .progress = progress},
       std::tuple{overwrites<Record>(name)}, [&](const VertexRun& run, std::span<Record> to) {
         const auto first =
-            records.begin() + static_cast<std::ptrdiff_t>(numbers.first_of(run.level) + run.first);
-        std::copy_n(first, run.count, to.begin());
+            values.begin() + static_cast<std::ptrdiff_t>(numbers.first_of(run.level) + run.first);
+        std::transform(first, first + static_cast<std::ptrdiff_t>(run.count), to.begin(),
+                       record_of);
       });
 }
 
@@ -48,19 +56,22 @@ constexpr std::size_t kFacesAtOnce = 1 << 12;
 
 }  // namespace
 
-void write_levels(const SampledSurface& surface, Store& store, int threads,
+void write_levels(const SampledSurface& surface, ComponentType precision, Store& store, int threads,
                   const ProgressCallback& progress) {
   const std::uint64_t count =
       1 + (surface.turned.empty() ? 0u : 1u) + (surface.distances.empty() ? 0u : 1u);
-  std::uint64_t written = 0;
-  const auto write = [&](const char* name, const auto& records) {
-    write_attribute(store, name, surface.levels, threads, records,
-                    nth_of(progress, written, count));
-    ++written;
-  };
-  write("position", surface.positions);
-  if (!surface.turned.empty()) write("turned", surface.turned);
-  if (!surface.distances.empty()) write("distance", surface.distances);
+  if (precision == ComponentType::kFloat64)
+    write_attribute<Point>(store, "position", surface.levels, threads, surface.positions,
+                           nth_of(progress, 0, count));
+  else
+    write_attribute<Vector3<float>>(store, "position", surface.levels, threads, surface.positions,
+                                    nth_of(progress, 0, count), in_float32);
+  if (!surface.turned.empty())
+    write_attribute<std::uint8_t>(store, "turned", surface.levels, threads, surface.turned,
+                                  nth_of(progress, 1, count));
+  if (!surface.distances.empty())
+    write_attribute<float>(store, "distance", surface.levels, threads, surface.distances,
+                           nth_of(progress, count - 1, count));
 }
 
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,
@@ -97,9 +108,7 @@ void write_attributes(const ScanAttributes& attributes, const Surface& scan,
 IndexedMesh small_triangles(const SampledSurface& surface) {
   IndexedMesh mesh;
   const SampleNumbers numbers(surface.base, surface.levels);
-  mesh.positions.reserve(surface.positions.size());
-  for (const Vector3<float>& p : surface.positions)
-    mesh.positions.push_back({double{p.x}, double{p.y}, double{p.z}});
+  mesh.positions = surface.positions;
   mesh.faces.reserve(surface.base.face_count() << (2 * surface.levels));
   for (FaceId face = 0; face < surface.base.face_count(); ++face)
     numbers.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {

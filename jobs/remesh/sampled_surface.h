@@ -18,14 +18,14 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 struct SampledSurface {
   BaseMesh base;  ///< its faces are in layout order; its vertices are points of the scan
   int levels = 0;
-  std::vector<Vector3<float>> positions;  ///< by SampleNumbers
+  std::vector<Point> positions;      ///< by SampleNumbers, with numbers that the store can have
   std::vector<std::uint8_t> turned;  ///< by SampleNumbers; empty if no small triangle is turned
   std::vector<float> distances;      ///< by SampleNumbers; empty unless asked for
 };
 
-/// Adds the attributes "position" and, unless they are empty, "turned" and "distance", and writes
-/// all their levels. `progress` counts the vertices of all of them.
-void write_levels(const SampledSurface& surface, Store& store, int threads,
+/// Adds the attributes "position" (of `precision`) and, unless they are empty, "turned" and
+/// "distance", and writes all their levels. `progress` counts the vertices of all of them.
+void write_levels(const SampledSurface& surface, ComponentType precision, Store& store, int threads,
                   const ProgressCallback& progress);
 
 /// Adds the attributes of the scan, and writes all their levels: the records at `samples`, which

@@ -55,6 +55,8 @@ JobReport report_of(const std::filesystem::path& mesh, const SubdivisionResult& 
       {"mesh", mesh.string()},
       {"store", result.store.empty() ? JobReport(nullptr) : JobReport(result.store.string())},
       {"input", mesh_json(plan.input)},
+      {"merged_vertices", plan.merged_vertices},
+      {"seam_vertices", plan.seam_vertices},
       {"base", mesh_json(result.base)},
       {"base_level", plan.base_level},
       {"levels", plan.subdivide.levels},
@@ -144,12 +146,11 @@ void add_surface_options(JobTable<SubdivideArguments>& table) {
         arguments.scheme = scheme_from_name(name);
       },
       fmt::format("{}; default {}", scheme_names(), to_string(Scheme())));
-  table.choice(
-      "precision", {"float32", "float64"},
-      [](SubdivideArguments& arguments, const std::string& name) {
-        arguments.precision = name == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
-      },
-      "Type of the positions; default float32");
+  table.precision(
+      &SubdivideArguments::precision,
+      "Type of the positions; auto: float32, unless it moves a vertex of INPUT by more than a "
+      "thousandth of the shortest edge there");
+  table.weld(&SubdivideArguments::weld);
   table.flag("normals", &SubdivideArguments::normals, "Also compute unit normals");
   table.flag("limit", &SubdivideArguments::limit,
              fmt::format("Project positions to the limit surface ({})", limit_scheme_names()));
@@ -218,7 +219,7 @@ void add_run_options(JobTable<SubdivideArguments>& table) {
 
 Job subdivide_job() {
   JobTable<SubdivideArguments> table("subdivide", "Refine a mesh into a store");
-  table.path("input", &SubdivideArguments::mesh, "PLY, OBJ or OFF, also .gz and .zst")
+  table.path("input", &SubdivideArguments::mesh, "PLY, OBJ, OFF or STL, also .gz and .zst")
       .at(0)
       .required();
   table

@@ -130,11 +130,9 @@ class Work {
     sweeps() ? make_surface(run_, rule_, level, normal, limit)
              : make_surface_transparent(run_, rule_, level, normal, limit);
     // From the last one on, because naming one may move those after it.
-    if (limit != kNoId) {
-      StoreAccess::name_replacement(store(), limit);
-      record(true);
-    }
+    if (limit != kNoId) StoreAccess::name_replacement(store(), limit);
     if (normal != kNoId) StoreAccess::name_replacement(store(), normal);
+    if (limit != kNoId) record(true);
     unfinished_.finish();
   }
 

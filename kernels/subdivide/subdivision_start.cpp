@@ -98,6 +98,7 @@ SubdivisionStart::SubdivisionStart(Store& store, const SubdivideOptions& options
     for (int level = store.base_level() + 1; level <= level_; ++level)
       check_not_fixed(StoreAccess::level_file(store, position_, level));
   if (executor == ExecutorKind::kFused || traits_of(options.scheme).moves_even) check_pipelines();
+  check_pipelines_of(surface(executor));
   check_budget(executor);
   if (options.limit || moves_even)
     store.base_bytes(position_);  // refuses records that other blocks are encoded from
@@ -129,6 +130,28 @@ void SubdivisionStart::check_pipelines() const {
                               options_.levels, level));
 }
 
+void SubdivisionStart::check_pipelines_of(
+    const std::vector<StoreAccess::NewLevels>& surface) const {
+  for (const StoreAccess::NewLevels& made : surface)
+    if (StoreAccess::are_encoded_from_each_other(store_, made))
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("subdivide to level {}: blocks of '{}' would be encoded from coarser "
+                              "ones, which the same pass makes: subdivide with a pipeline without "
+                              "prediction (fast), then encode the attribute anew "
+                              "(recode_attribute, plait convert --compress)",
+                              options_.levels, made.schema.name));
+}
+
+std::vector<StoreAccess::NewLevels> SubdivisionStart::surface(ExecutorKind executor) const {
+  const int first = store_.base_level() + 1;
+  std::vector<StoreAccess::NewLevels> made;
+  if (options_.normals)
+    made.push_back({schema_of<Vector3<float>>("normal"), kNoId, first, options_.levels});
+  if (options_.limit && executor != ExecutorKind::kFused)
+    made.push_back({store_.attributes()[position_].schema, kNoId, first, options_.levels});
+  return made;
+}
+
 void SubdivisionStart::check_budget(ExecutorKind executor) const {
   std::uint64_t needed = 0;
   if (executor == ExecutorKind::kFused) {
@@ -146,12 +169,10 @@ void SubdivisionStart::check_budget(ExecutorKind executor) const {
 
 /// What the levels of the whole work leave of the budget for frames.
 std::uint64_t SubdivisionStart::frame_budget(ExecutorKind executor) const {
-  const AttributeSchema& position = store_.attributes()[position_].schema;
-  const int first = store_.base_level() + 1, last = options_.levels;
   const bool fused = executor == ExecutorKind::kFused;
-  std::vector<StoreAccess::NewLevels> made = {{position, position_, level_ + 1, last}};
-  if (options_.normals) made.push_back({schema_of<Vector3<float>>("normal"), kNoId, first, last});
-  if (options_.limit && !fused) made.push_back({position, kNoId, first, last});
+  std::vector<StoreAccess::NewLevels> made = surface(executor);
+  made.insert(made.begin(), StoreAccess::NewLevels{store_.attributes()[position_].schema, position_,
+                                                   level_ + 1, options_.levels});
   Provenance provenance = provenance_;
   provenance.limit = fused && options_.limit;
   return StoreAccess::frame_budget_with(store_, made, fused ? &provenance : nullptr);

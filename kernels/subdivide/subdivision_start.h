@@ -7,6 +7,7 @@
 
 #include "plait/detail/namespace.h"
 #include "plait/extend/provenance.h"
+#include "plait/extend/store_access.h"
 #include "plait/store.h"
 #include "plait/subdivide.h"
 
@@ -27,9 +28,13 @@ class SubdivisionStart {
   void check_executor(ExecutorKind executor) const;
   /// Throws kBadState if blocks of new positions are encoded from what the work changes later.
   void check_pipelines() const;
+  /// The same for normals and limit positions, whose levels are all made by one pass.
+  void check_pipelines_of(const std::vector<StoreAccess::NewLevels>& surface) const;
   /// Throws kBudget if the frames of the whole work do not fit.
   void check_budget(ExecutorKind executor) const;
   std::uint64_t frame_budget(ExecutorKind executor) const;
+  /// The levels of normals and limit positions that the work makes.
+  std::vector<StoreAccess::NewLevels> surface(ExecutorKind executor) const;
 
   const Store& store_;
   const SubdivideOptions& options_;

@@ -197,6 +197,11 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
       };
     sweep(*store_, sweep_pass, options);
   }
+  // Refuses base records from which a block of the sweep was encoded meanwhile.
+  for (std::size_t number = 0; refinements_ > 0 && number < attributes_.size(); ++number)
+    if (attributes_[number].access != Access::kRead)
+      static_cast<void>(
+          StoreAccess::base_bytes(*store_, attributes_[number].id, Access::kOverwrite));
   std::optional<StorePass> under_way;
   if (std::ranges::any_of(attributes_,
                           [](const auto& each) { return each.access != Access::kRead; }))

@@ -28,12 +28,10 @@ double value_at(std::vector<double>& values, double share) {
 
 }  // namespace
 
-AreaSpread area_spread(const BaseMesh& base, int level, std::span<const Vector3<float>> positions) {
+AreaSpread area_spread(const BaseMesh& base, int level,
+                       std::span<const Vector3<double>> positions) {
   const SampleNumbers numbers(base, level);
-  const auto at = [&](std::uint64_t sample) -> Point {
-    const Vector3<float>& p = positions[sample];
-    return {double{p.x}, double{p.y}, double{p.z}};
-  };
+  const auto at = [&](std::uint64_t sample) -> const Point& { return positions[sample]; };
   std::vector<double> ratios(base.face_count());
   on_workers([&] {
     tbb::parallel_for(std::size_t{0}, ratios.size(), [&](std::size_t face) {

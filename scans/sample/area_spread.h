@@ -19,6 +19,6 @@ struct AreaSpread {
 /// `positions` are those of the samples of `base` at `level`, by SampleNumbers. A small triangle
 /// without area gives a ratio of 1e12. All threads of the present arena. Pinned by
 /// tests/scans/area_spread_test.cpp.
-AreaSpread area_spread(const BaseMesh& base, int level, std::span<const Vector3<float>> positions);
+AreaSpread area_spread(const BaseMesh& base, int level, std::span<const Vector3<double>> positions);
 
 PLAIT_END_NAMESPACE

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "mesh/mesh_source.h"
+#include "mesh/weld.h"
 #include "plait/error.h"
 #include "surface/edge_pairs.h"
 
@@ -22,7 +24,10 @@ bool is_finite(const Point& p) {
 class Repair {
  public:
   Repair(IndexedMesh mesh, std::string_view source)
-      : source_(source), positions_(std::move(mesh.positions)), faces_(std::move(mesh.faces)) {
+      : source_(source),
+        positions_(std::move(mesh.positions)),
+        faces_(std::move(mesh.faces)),
+        cut_faces_(std::move(mesh.cut_faces)) {
     list_.vertices = positions_.size();
     list_.faces = faces_.size();
     origin_.resize(positions_.size());
@@ -42,6 +47,7 @@ class Repair {
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("{}: expected at least one face, found none that can stay", source_));
     Repaired result;
+    result.seam_vertices = seam_vertices();
     result.surface = {std::move(positions_), std::move(faces_), std::move(across_)};
     result.origin = std::move(origin_);
     result.list = list_;
@@ -61,6 +67,7 @@ class Repair {
   void remove_small_components(std::uint64_t least);
   void fill_holes(std::uint64_t most_edges);
   void remove_unused_vertices();
+  std::uint64_t seam_vertices() const;
 
   /// Keeps the faces that `stays` says. The pairs of sides stay valid: whole components go.
   template <class Stays>
@@ -75,6 +82,7 @@ class Repair {
   std::string_view source_;
   std::vector<Point> positions_;
   Faces faces_;
+  std::vector<CutFace> cut_faces_;
   std::vector<FaceSide> across_;
   std::vector<VertexId> origin_;
   RepairList list_;
@@ -93,7 +101,8 @@ void Repair::remove_bad_faces() {
     for (const VertexId vertex : faces_[face])
       if (vertex >= positions_.size())
         throw Error(ErrorCode::kInvalidArgument,
-                    fmt::format("{}: face {}: expected a vertex below {}, found {}", source_, face,
+                    fmt::format("{}: face {}: expected a vertex below {}, found {}", source_,
+                                MeshSource(source_, cut_faces_).face(static_cast<FaceId>(face)),
                                 positions_.size(), vertex));
     if (!finite[a] || !finite[b] || !finite[c]) {
       ++list_.not_finite_faces;
@@ -307,6 +316,19 @@ void Repair::remove_unused_vertices() {
   origin_.resize(kept);
   for (auto& face : faces_)
     for (VertexId& vertex : face) vertex = number[vertex];
+}
+
+std::uint64_t Repair::seam_vertices() const {
+  std::vector<VertexId> on_border;
+  for (FaceId face = 0; face < face_count(); ++face)
+    for (int side = 0; side < 3; ++side)
+      if (!across(face, side).exists())
+        for (const int next : {1, 2}) on_border.push_back(corner(face, side + next));
+  // A vertex that split_vertices() divided is one vertex of the file.
+  const auto origin = [&](VertexId vertex) { return origin_[vertex]; };
+  std::ranges::sort(on_border, {}, origin);
+  on_border.erase(std::ranges::unique(on_border, {}, origin).begin(), on_border.end());
+  return coinciding_vertices(positions_, on_border);
 }
 
 bool is_folded(const Surface& surface, FaceSide side) {

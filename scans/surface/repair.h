@@ -53,6 +53,8 @@ struct Repaired {
   /// the mean of those of its neighbours.
   std::vector<VertexId> origin;
   RepairList list;
+  /// Vertices of the mesh before, at borders of this surface, whose positions others of them have.
+  std::uint64_t seam_vertices = 0;
 };
 
 /// Repairs `mesh`. A hole is filled by a fan around the mean of its vertices. O(F). Errors:

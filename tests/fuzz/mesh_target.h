@@ -11,6 +11,7 @@
 
 #include "memory_file.h"
 #include "mesh/files/input.h"
+#include "mesh/files/readers.h"
 #include "oracle.h"
 #include "plait/base_mesh.h"
 
@@ -43,7 +44,8 @@ void check_reader(Reader read, const std::uint8_t* data, std::size_t size) {
   std::vector<std::string> warnings;
   accepts({ErrorCode::kInvalidArgument}, [&] {
     Input input(path);
-    check_base_mesh(BaseMesh::build(read(input, &warnings), path.native(), &warnings));
+    Reading reading{.attributes = size % 2 == 0, .warnings = &warnings};
+    check_base_mesh(BaseMesh::build(read(input, reading).mesh, path.native(), &warnings));
   });
   for (const std::string& warning : warnings) require(is_one_short_line(warning));
 }

@@ -29,7 +29,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const bool is_number = is_decimal && !word.empty() && end == word.data() + word.size();
   const bool overflows =
       is_number && std::isinf(expected) && word.find_first_of("iI") == std::string::npos;
-  const std::optional<double> number = parse_number(word);
+  const std::optional<double> number = parse_plain_number(word);
+  (void)parse_foreign_number(word);
   require(number.has_value() == (is_number && !overflows));
   if (!number || (std::isnan(*number) && std::isnan(expected))) return 0;
   // The smallest numbers may become zero.

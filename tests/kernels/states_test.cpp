@@ -130,7 +130,11 @@ TEST_CASE("Subdivide_OverLevelsOfACommit_IsAllUnfinishedAfterAnErrorAnywhere") {
       for (int calls = 0;; ++calls) {
         CAPTURE(to_string(executor), to_string(scheme), calls);
         int left = calls;
-        what.progress = [&](const Progress&) { return left-- > 0; };
+        bool changed = false;  // only rings were read before
+        what.progress = [&](const Progress& now) {
+          changed = changed || now.phase.find("rings") == std::string_view::npos;
+          return left-- > 0;
+        };
         bool cancelled = false;
         try {
           subdivide(*made, what);
@@ -139,6 +143,10 @@ TEST_CASE("Subdivide_OverLevelsOfACommit_IsAllUnfinishedAfterAnErrorAnywhere") {
           cancelled = true;
         }
         if (!cancelled) break;
+        if (!changed) {
+          CHECK(digest(*made).to_string() == committed);
+          continue;
+        }
         CHECK(has(error_of([&] { (*made).commit(); }), "of 'position' is unfinished"));
         CHECK(error_of([&] { static_cast<void>(std::as_const(*made).base_bytes(0)); }).code() ==
               ErrorCode::kBadState);

@@ -48,7 +48,7 @@ AreaSpread spread_of(const std::vector<Grid>& grids) {
   const BaseMesh base =
       BaseMesh::build(side_by_side(std::vector<IndexedMesh>(grids.size(), single_triangle())));
   const SampleNumbers numbers(base, kLevel);
-  std::vector<Vector3<float>> positions(numbers.count());
+  std::vector<Vector3<double>> positions(numbers.count());
   for (FaceId face = 0; face < grids.size(); ++face) {
     double y = 0;
     for (std::size_t j = 0; j <= kSize; ++j) {

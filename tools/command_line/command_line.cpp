@@ -1,6 +1,8 @@
 #include "command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -11,6 +13,15 @@
 #include "plait/error.h"
 
 namespace plait {
+namespace {
+
+bool is_number(const std::string& word) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  return error == std::errc() && end == word.data() + word.size();
+}
+
+}  // namespace
 
 Option* Option::required() {
   option_->required();
@@ -129,6 +140,20 @@ Option* CommandLine::add_parsed_option(const std::string& name,
       description));
 }
 
+Option* CommandLine::add_option_with_optional_number(const std::string& name,
+                                                     std::function<void(const std::string&)> parse,
+                                                     const std::string& description) {
+  optional_numbers_.push_back(name);
+  return add_parsed_option(name, std::move(parse), description);
+}
+
+bool CommandLine::has_optional_number(const std::string& name) const {
+  return std::ranges::find(optional_numbers_, name) != optional_numbers_.end() ||
+         std::ranges::any_of(commands_, [&](const std::unique_ptr<CommandLine>& command) {
+           return command->has_optional_number(name);
+         });
+}
+
 void CommandLine::footer(const std::string& text) { app_->footer(text); }
 
 void CommandLine::callback(std::function<void()> call) { app_->callback(std::move(call)); }
@@ -140,8 +165,15 @@ void CommandLine::require_subcommand() { app_->require_subcommand(1); }
 void CommandLine::help_column(std::size_t column) { app_->get_formatter()->column_width(column); }
 
 CommandLine::Outcome CommandLine::parse(int count, char** words) {
+  // CLI11 would take any word behind such an option for its value, the name of a file too.
+  std::vector<std::string> given(words, words + count);
+  for (std::size_t at = 1; at < given.size() && given[at] != "--"; ++at)
+    if (has_optional_number(given[at]) && (at + 1 == given.size() || !is_number(given[at + 1])))
+      given[at] += "=0";
+  std::vector<const char*> texts;
+  for (const std::string& word : given) texts.push_back(word.c_str());
   try {
-    app_->parse(count, words);
+    app_->parse(count, texts.data());
     return Outcome::kParsed;
   } catch (const CLI::CallForVersion& version) {
     answer_ = std::string(version.what()) + "\n";

@@ -71,6 +71,11 @@ class CommandLine {
   /// option.
   Option* add_parsed_option(const std::string& name, std::function<void(const std::string&)> parse,
                             const std::string& description);
+  /// An option whose number may be left out: then `parse` gets "0". A word that follows and is no
+  /// number is the next argument.
+  Option* add_option_with_optional_number(const std::string& name,
+                                          std::function<void(const std::string&)> parse,
+                                          const std::string& description);
   /// The text of --help after the options.
   void footer(const std::string& text);
   /// Called when the arguments of this command have been parsed. May throw UsageError.
@@ -99,10 +104,12 @@ class CommandLine {
  private:
   CommandLine(CLI::App* app, const std::string& name);
   Option* keep(CLI::Option* option);
+  bool has_optional_number(const std::string& name) const;
 
   std::unique_ptr<CLI::App> owned_;  ///< only of a program
   CLI::App* app_;
   std::string name_, answer_;
+  std::vector<std::string> optional_numbers_;  ///< names of options
   std::vector<std::unique_ptr<Option>> options_;
   std::vector<std::unique_ptr<CommandLine>> commands_;
 };

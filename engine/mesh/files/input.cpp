@@ -24,6 +24,21 @@ bool starts_with_gzip(std::string_view bytes) {
   return bytes.size() >= 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b';
 }
 
+std::uint64_t zeros_at_end(const File& file, std::uint64_t file_bytes) {
+  std::array<char, 4096> bytes{};
+  std::uint64_t zeros = 0;
+  while (zeros < file_bytes) {
+    const auto count =
+        static_cast<std::size_t>(std::min<std::uint64_t>(bytes.size(), file_bytes - zeros));
+    file.read_at(file_bytes - zeros - count, std::as_writable_bytes(std::span(bytes).first(count)));
+    std::size_t at = count;
+    while (at > 0 && bytes[at - 1] == 0) --at;
+    zeros += count - at;
+    if (at > 0) break;
+  }
+  return zeros;
+}
+
 /// The source from which Boost.Iostreams reads compressed bytes. Boost copies the source, so it
 /// contains only pointers.
 class CompressedSource {
@@ -55,7 +70,6 @@ class CompressedSource {
 
 struct Input::Decompressor {
   ZstdFrames frames;
-  bool is_zstd = false;
   io::filtering_streambuf<io::input> stream;
 };
 
@@ -67,20 +81,45 @@ Input::Input(const std::filesystem::path& path) : file_(path, OpenMode::kRead) {
   file_.read_at(0, std::as_writable_bytes(std::span(magic).first(magic_bytes)));
 
   const std::string_view start(magic.data(), magic_bytes);
-  const bool is_zstd = ZstdFrames::starts_with_frame(start);
-  if (is_zstd || starts_with_gzip(start)) {
-    decompressor_ = std::make_unique<Decompressor>();
-    decompressor_->is_zstd = is_zstd;
-    auto& stream = decompressor_->stream;
-    if (is_zstd)
-      stream.push(io::zstd_decompressor(kFilterBufferBytes), kFilterBufferBytes);
-    else
-      stream.push(io::gzip_decompressor(io::zlib::default_window_bits, kFilterBufferBytes),
-                  kFilterBufferBytes);
-    stream.push(CompressedSource(file_, file_bytes_, is_zstd ? &decompressor_->frames : nullptr),
-                kFilterBufferBytes);
-  }
+  is_zstd_ = ZstdFrames::starts_with_frame(start);
+  if (is_zstd_ || starts_with_gzip(start)) begin_decompression(file_bytes_);
   buffer_.resize(kBufferBytes);
+}
+
+/// As if the file had so many bytes.
+void Input::begin_decompression(std::uint64_t file_bytes) {
+  decompressor_ = std::make_unique<Decompressor>();
+  auto& stream = decompressor_->stream;
+  if (is_zstd_)
+    stream.push(io::zstd_decompressor(kFilterBufferBytes), kFilterBufferBytes);
+  else
+    stream.push(io::gzip_decompressor(io::zlib::default_window_bits, kFilterBufferBytes),
+                kFilterBufferBytes);
+  stream.push(CompressedSource(file_, file_bytes, is_zstd_ ? &decompressor_->frames : nullptr),
+              kFilterBufferBytes);
+}
+
+/// Begins again with one zero less as padding, or at first with all zeros of the end, and goes to
+/// the place that read_some() had reached. Boost takes the zeros as the header of a further member,
+/// and does not say where they begin; up to nine zeros belong to the last member. Returns false if
+/// no more can be left out.
+bool Input::leave_out_padding() {
+  constexpr std::uint64_t kMostZerosOfMember = 9;
+  const std::uint64_t zeros = zeros_at_end(file_, file_bytes_);
+  if (padding_ ? *padding_ == 0 || zeros - *padding_ >= kMostZerosOfMember : zeros == 0)
+    return false;
+  padding_ = padding_ ? *padding_ - 1 : zeros;
+  begin_decompression(file_bytes_ - *padding_);
+  std::vector<char> passed(kFilterBufferBytes);
+  for (std::uint64_t left = buffer_offset_ + end_; left > 0;) try {
+      const auto most = static_cast<std::streamsize>(std::min<std::uint64_t>(left, passed.size()));
+      const std::streamsize count = decompressor_->stream.sgetn(passed.data(), most);
+      if (count <= 0) return false;
+      left -= static_cast<std::uint64_t>(count);
+    } catch (const io::gzip_error&) {
+      return leave_out_padding();
+    }
+  return true;
 }
 
 Input::~Input() = default;
@@ -94,16 +133,30 @@ std::size_t Input::read_some(char* into, std::size_t capacity) {
     return count;
   }
   std::streamsize count = 0;
-  try {
-    count = decompressor_->stream.sgetn(into, static_cast<std::streamsize>(capacity));
-  } catch (const std::ios_base::failure& failure) {
-    refuse_at_byte(buffer_offset_ + end_,
-                   fmt::format("expected whole {} data, found it damaged or cut short ({})",
-                               decompressor_->is_zstd ? "zstd" : "gzip", failure.what()));
-  }
-  if (count <= 0 && decompressor_->is_zstd && !decompressor_->frames.at_end())
+  for (bool again = true; again;) try {
+      again = false;
+      count = decompressor_->stream.sgetn(into, static_cast<std::streamsize>(capacity));
+    } catch (const io::gzip_error& failure) {
+      again = leave_out_padding();
+      if (!again) refuse_damaged(failure.what());
+    } catch (const std::ios_base::failure& failure) {
+      refuse_damaged(failure.what());
+    }
+  if (count <= 0 && is_zstd_ && !decompressor_->frames.at_end())
     refuse_at_byte(buffer_offset_ + end_, "expected whole zstd data, found it cut short");
   return count > 0 ? static_cast<std::size_t>(count) : 0;
+}
+
+void Input::refuse_damaged(std::string_view why) const {
+  refuse_at_byte(buffer_offset_ + end_,
+                 fmt::format("expected whole {} data, found it damaged or cut short ({})",
+                             is_zstd_ ? "zstd" : "gzip", why));
+}
+
+std::optional<std::uint64_t> Input::content_bytes() {
+  if (!decompressor_) return file_bytes_ - offset();
+  if (ensure(kBufferBytes)) return std::nullopt;
+  return unread().size();
 }
 
 bool Input::fill() {

@@ -4,7 +4,7 @@
 // Invariants: 1. The object uses the memory of the buffer and of the decompressor's state, whatever
 // the file contains. 2. offset() counts decompressed bytes. 3. The input ends where the file ends.
 // A compressed file must end at the end of a frame; otherwise it was cut short, and that is an
-// error.
+// error. Zeros behind the last member of a gzip file are padding.
 #pragma once
 
 #include <cmath>
@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -56,6 +57,10 @@ class Input {
   /// compressed file the result is a guess, and arrays may grow beyond it.
   std::uint64_t plausible_count(std::uint64_t promised, std::uint64_t element_bytes) const;
 
+  /// Bytes from here to the end, if that is known: of a compressed file only if the rest fits into
+  /// the buffer.
+  std::optional<std::uint64_t> content_bytes();
+
   /// Throws kInvalidArgument with the message "read PATH, byte OFFSET: WHAT". Offsets count bytes
   /// of the decompressed content.
   [[noreturn]] void refuse_at_byte(std::uint64_t offset, std::string_view what) const;
@@ -65,12 +70,18 @@ class Input {
   struct Decompressor;
 
   std::size_t read_some(char* into, std::size_t capacity);
+  void begin_decompression(std::uint64_t file_bytes);
+  bool leave_out_padding();
+  [[noreturn]] void refuse_damaged(std::string_view why) const;
 
   File file_;
   bool keeps_not_finite_ = false;
   std::uint64_t file_bytes_ = 0;
   std::uint64_t file_offset_ = 0;
+  bool is_zstd_ = false;
   std::unique_ptr<Decompressor> decompressor_;  ///< none for a plain file
+  /// Zeros at the end of a gzip file that are tried as padding; those before belong to the data.
+  std::optional<std::uint64_t> padding_;
   std::vector<char> buffer_;
   std::size_t begin_ = 0, end_ = 0;
   std::uint64_t buffer_offset_ = 0;  ///< of the buffer's first byte

@@ -1,6 +1,7 @@
 #include "plait/mesh_io.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -14,7 +15,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-using Reader = IndexedMesh (*)(Input&, Warnings*);
+using Reader = AttributedMesh (*)(Input&, Reading&);
 
 std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -28,14 +29,34 @@ std::string format_extension(const std::filesystem::path& path) {
   return last == ".gz" || last == ".zst" ? lower_extension(path.stem()) : last;
 }
 
+/// "ply" alone on its line. The header of a binary STL file may begin with the word too.
+bool is_ply(std::string_view start) {
+  if (!start.starts_with("ply")) return false;
+  const std::size_t end = start.find_first_not_of(" \t", 3);
+  return end != std::string_view::npos && (start[end] == '\n' || start[end] == '\r');
+}
+
+/// Passes the mark that some editors put before a text.
+void pass_byte_order_mark(Input& input) {
+  constexpr std::string_view kUtf8 = "\xef\xbb\xbf", kUtf16Little = "\xff\xfe",
+                             kUtf16Big = "\xfe\xff";
+  input.ensure(kUtf8.size());
+  const std::string_view start = input.unread();
+  if (start.starts_with(kUtf16Little) || start.starts_with(kUtf16Big))
+    input.refuse_at_byte(0, "expected text of one byte for each letter, found UTF-16");
+  if (start.starts_with(kUtf8)) input.consume(kUtf8.size());
+}
+
 Reader find_reader(Input& input) {
   constexpr std::size_t kLookBytes = 16;
+  const std::string extension = format_extension(input.path());
+  if (extension == ".stl" && is_binary_stl(input)) return read_stl;
+  pass_byte_order_mark(input);
   input.ensure(kLookBytes);
   const std::string_view start = input.unread().substr(0, kLookBytes);
   const std::string_view word = start.substr(0, start.find_first_of(" \t\r\n#"));
-  if (word == "ply") return read_ply;
-  if (is_off_keyword(word)) return read_off;
-  const std::string extension = format_extension(input.path());
+  if (is_ply(start)) return read_ply;
+  if (off_keyword_bytes(word) > 0) return read_off;
   if (extension == ".obj") return read_obj;
   if (extension == ".off") return read_off;
   if (extension == ".stl" && !start.empty()) return read_stl;
@@ -49,34 +70,51 @@ void release_excess(std::vector<Element>& elements) {
   if (elements.capacity() - elements.size() > elements.size() / 8) elements.shrink_to_fit();
 }
 
-}  // namespace
-
-bool FaceDivider::add(VertexId vertex) {
-  if (corners_ == 0) first_ = vertex;
-  if (corners_ == 3) ++polygons_;
-  if (corners_ >= 2) {
-    if (triangles_.size() >= kMaxFaces) return false;
-    triangles_.push_back({first_, previous_, vertex});
-  }
-  previous_ = vertex;
-  ++corners_;
-  return true;
+/// Names of a file may be of any length and have any bytes.
+std::string short_line(std::string text) {
+  constexpr std::size_t kMostBytes = 600;
+  if (text.size() > kMostBytes) text = text.substr(0, kMostBytes) + "...";
+  for (char& c : text)
+    if (c < ' ' || c > '~') c = '?';
+  return text;
 }
 
-void FaceDivider::report(const Input& input, Warnings* warnings) const {
-  if (polygons_ > 0 && warnings != nullptr)
-    warnings->push_back(
-        fmt::format("{}: {} faces of more than three corners divided into triangles",
-                    input.path().native(), polygons_));
+/// How to keep what is left out.
+std::string_view way_to_keep(bool is_ply, bool attributes) {
+  if (!attributes) return "only positions and faces are read here";
+  return is_ply ? "scalar properties of vertices are kept"
+                : "a PLY file can have such numbers as properties of vertices, which are kept";
+}
+
+AttributedMesh read_mesh(Input& input, Reading reading) {
+  const Reader reader = find_reader(input);
+  AttributedMesh read = reader(input, reading);
+  if (!reading.left_out.empty())
+    reading.warn(fmt::format("{}: left out: {} ({})", input.path().native(),
+                             short_line(fmt::format("{}", fmt::join(reading.left_out, "; "))),
+                             way_to_keep(reader == read_ply, reading.attributes)));
+  release_excess(read.mesh.positions);
+  release_excess(read.mesh.faces);
+  for (MeshAttribute& attribute : read.attributes) release_excess(attribute.records);
+  return read;
+}
+
+}  // namespace
+
+void Reading::leave_out(std::uint64_t number, std::string_view one, std::string_view many) {
+  if (number > 0) left_out.push_back(fmt::format("{} {}", number, number == 1 ? one : many));
+}
+
+void Reading::leave_out_of(std::string_view what, std::uint64_t number, std::string_view one,
+                           std::string_view many) {
+  if (number > 0)
+    left_out.push_back(fmt::format("{} of {} {}", what, number, number == 1 ? one : many));
 }
 
 IndexedMesh read_indexed_mesh(const std::filesystem::path& path, Warnings* warnings) {
   return with_memory_errors("read " + path.native(), [&] {
     Input input(path);
-    IndexedMesh mesh = find_reader(input)(input, warnings);
-    release_excess(mesh.positions);
-    release_excess(mesh.faces);
-    return mesh;
+    return std::move(read_mesh(input, {.attributes = false, .warnings = warnings}).mesh);
   });
 }
 
@@ -85,13 +123,7 @@ AttributedMesh read_attributed_mesh(const std::filesystem::path& path, Warnings*
   return with_memory_errors("read " + path.native(), [&] {
     Input input(path);
     input.keep_not_finite(not_finite == NotFinite::kKeep);
-    const Reader reader = find_reader(input);
-    AttributedMesh read = reader == read_ply ? read_ply_with_attributes(input, warnings)
-                                             : AttributedMesh{reader(input, warnings)};
-    release_excess(read.mesh.positions);
-    release_excess(read.mesh.faces);
-    for (MeshAttribute& attribute : read.attributes) release_excess(attribute.records);
-    return read;
+    return read_mesh(input, {.attributes = true, .warnings = warnings});
   });
 }
 

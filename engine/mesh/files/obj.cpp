@@ -1,7 +1,7 @@
-// OBJ: the polygons of a Wavefront file. Normals, texture coordinates, groups, materials, lines,
-// points and free-form surfaces are skipped. A keyword that the format does not have is an error,
-// so that a damaged line does not go unnoticed.
-// Source: Wavefront Technologies, "Advanced Visualizer manual", appendix B1, 1992.
+// OBJ: the polygons of a Wavefront file. What else the file has is counted and left out. A keyword
+// that the format does not have is an error, so that a damaged line does not go unnoticed.
+// Source: Wavefront Technologies, "Advanced Visualizer manual", appendix B1, 1992. Tags (t crease)
+// are those of Pixar, "OpenSubdiv", 2012.
 
 #include <fmt/format.h>
 
@@ -9,58 +9,100 @@
 #include <array>
 
 #include "mesh/connectivity.h"
+#include "mesh/files/face_divider.h"
 #include "mesh/files/readers.h"
 #include "mesh/files/text_input.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::array kPassedKeywords = std::to_array<std::string_view>(
-    {"vt",     "vn",         "vp",        "deg",      "bmat",  "step",     "cstype",
-     "p",      "l",          "curv",      "curv2",    "surf",  "parm",     "trim",
-     "hole",   "scrv",       "sp",        "end",      "con",   "g",        "s",
-     "mg",     "o",          "bevel",     "c_interp", "lod",   "d_interp", "usemtl",
-     "mtllib", "shadow_obj", "trace_obj", "ctech",    "stech", "maplib",   "usemap",
-     "call",   "csh",        "res",       "cdc",      "cdp",   "bzp",      "bsp"});
+/// Statements that are left out. Those of one name are counted together.
+struct PassedStatement {
+  std::string_view keyword, one, many;
+};
+constexpr std::array kPassed = std::to_array<PassedStatement>({
+    {"vt", "texture coordinate", "texture coordinates"},
+    {"vn", "normal", "normals"},
+    {"t", "tag (t crease and its like)", "tags (t crease and its like)"},
+    {"g", "group", "groups"},
+    {"o", "object name", "object names"},
+    {"usemtl", "use of a material", "uses of materials"},
+    {"mtllib", "material library", "material libraries"},
+    {"l", "line element", "line elements"},
+    {"p", "point element", "point elements"},
+});
+constexpr std::string_view kOneFreeForm = "statement of curves, surfaces and display",
+                           kManyFreeForm = "statements of curves, surfaces and display";
+constexpr std::array kFreeForm = std::to_array<std::string_view>(
+    {"vp",         "deg",       "bmat",  "step",   "cstype",   "curv",   "curv2",
+     "surf",       "parm",      "trim",  "hole",   "scrv",     "sp",     "end",
+     "con",        "mg",        "bevel", "lod",    "c_interp", "ctech",  "d_interp",
+     "shadow_obj", "trace_obj", "stech", "maplib", "call",     "usemap", "csh",
+     "res",        "cdc",       "cdp",   "bzp",    "bsp"});
+/// Smoothing groups say only which normals a viewer shall show.
+constexpr std::string_view kSmoothing = "s";
 
 class ObjReader {
  public:
-  explicit ObjReader(Input& input)
-      : text_(input, {.hash_comments = true, .backslash_continues = true}) {}
+  ObjReader(Input& input, Reading& reading)
+      : text_(input, {.hash_comments = true, .backslash_continues = true}), reading_(reading) {}
 
-  IndexedMesh read(Warnings* warnings) {
+  IndexedMesh read() {
     for (bool more = text_.seek_word(); more; more = text_.next_line()) {
       const std::string_view keyword = text_.word();
       if (keyword == "v")
         read_vertex();
       else if (keyword == "f" || keyword == "fo")
         read_face();
-      else if (std::find(kPassedKeywords.begin(), kPassedKeywords.end(), keyword) ==
-               kPassedKeywords.end())
-        text_.refuse("statement", "an OBJ keyword", keyword);
+      else
+        pass_statement(keyword);
     }
     if (highest_ >= mesh_.positions.size() && face_count_ > 0)
       text_.input().refuse_at_line(
           highest_line_, fmt::format("face {}: expected a vertex from 1 to {}, found {}",
                                      highest_face_, mesh_.positions.size(), highest_ + 1));
-    divider_.report(text_.input(), warnings);
+    divider_.finish(text_.input(), 1, reading_.warnings);
+    leave_out();
     return std::move(mesh_);
   }
 
  private:
+  void pass_statement(std::string_view keyword);
+  void leave_out() const;
   void read_vertex();
   void read_face();
   VertexId parse_corner(std::string_view word) const;
   std::string face_name() const { return fmt::format("face {}", face_count_); }
 
   TextInput text_;
+  Reading& reading_;
   IndexedMesh mesh_;
-  FaceDivider divider_{mesh_.faces};
+  FaceDivider divider_{mesh_};
+  std::array<std::uint64_t, kPassed.size()> passed_{};
+  std::uint64_t free_form_ = 0, weights_ = 0, colours_ = 0;
   std::uint64_t face_count_ = 0;
   /// The highest vertex that a face names, with the line and the number of that face. Vertices may
   /// follow the faces that name them, so the check comes at the end.
   std::uint64_t highest_ = 0, highest_line_ = 0, highest_face_ = 0;
 };
+
+void ObjReader::pass_statement(std::string_view keyword) {
+  const auto known = std::ranges::find(kPassed, keyword, &PassedStatement::keyword);
+  if (known != kPassed.end())
+    ++passed_[static_cast<std::size_t>(known - kPassed.begin())];
+  else if (std::ranges::find(kFreeForm, keyword) != kFreeForm.end())
+    ++free_form_;
+  else if (keyword != kSmoothing)
+    text_.refuse("statement", "an OBJ keyword", keyword);
+}
+
+void ObjReader::leave_out() const {
+  reading_.leave_out_of("colours", colours_, "vertex", "vertices");
+  reading_.leave_out_of("weights", weights_, "vertex", "vertices");
+  for (std::size_t at = 0; at < kPassed.size(); ++at)
+    reading_.leave_out(passed_[at], kPassed[at].one, kPassed[at].many);
+  reading_.leave_out(free_form_, kOneFreeForm, kManyFreeForm);
+}
 
 void ObjReader::read_vertex() {
   const auto refuse = [&](std::string_view expected, std::string_view found) {
@@ -74,8 +116,15 @@ void ObjReader::read_vertex() {
     p[axis] = *number;
   }
   // More numbers may follow: a weight, or a colour that some programs write here.
-  for (std::string_view word = text_.word(); !word.empty(); word = text_.word())
-    if (!parse_number(word)) refuse("a number", word);
+  int more = 0;
+  bool is_one = true;
+  for (std::string_view word = text_.word(); !word.empty(); word = text_.word(), ++more) {
+    const std::optional<double> number = parse_number(word);
+    if (!number) refuse("a number", word);
+    is_one = is_one && *number == 1;
+  }
+  if (more > 1) ++colours_;
+  if (more == 1 && !is_one) ++weights_;
   if (mesh_.positions.size() >= kMaxVertices) refuse("at most 2^32 - 2 vertices", "more");
   mesh_.positions.push_back(p);
 }
@@ -113,6 +162,8 @@ void ObjReader::read_face() {
 
 }  // namespace
 
-IndexedMesh read_obj(Input& input, Warnings* warnings) { return ObjReader(input).read(warnings); }
+AttributedMesh read_obj(Input& input, Reading& reading) {
+  return {ObjReader(input, reading).read()};
+}
 
 PLAIT_END_NAMESPACE

@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
 
 #include "io/huge_pages.h"
 #include "mesh/connectivity.h"
+#include "mesh/files/face_divider.h"
 #include "mesh/files/ply_attributes.h"
 #include "mesh/files/ply_values.h"
 #include "mesh/files/readers.h"
@@ -82,11 +85,11 @@ void skip_property(Values& values, const PlyProperty& property) {
 
 class PlyReader {
  public:
-  PlyReader(Input& input, PlyHeader header, bool with_attributes)
-      : input_(input), header_(std::move(header)) {
+  PlyReader(Input& input, PlyHeader header, Reading& reading)
+      : input_(input), header_(std::move(header)), reading_(reading) {
     check_header();
-    if (!with_attributes) return;
-    attributes_ = attributes_of(*vertices_, left_out_);
+    if (!reading_.attributes) return;
+    attributes_ = attributes_of(*vertices_, no_attributes_);
     records_.resize(attributes_.size());
   }
 
@@ -97,25 +100,15 @@ class PlyReader {
       read_body(BinaryPlyValues(input_, header_));
   }
 
-  IndexedMesh finish(Warnings* warnings) {
-    divider_.report(input_, warnings);
-    if (ignored_bytes_ > 0 && warnings != nullptr)
-      warnings->push_back(
-          fmt::format("{}: {} bytes after the last element of the header were ignored",
-                      input_.path().native(), ignored_bytes_));
-    if (!left_out_.empty() && warnings != nullptr)
-      warnings->push_back(
-          fmt::format("{}: vertex properties left out, because they are lists or "
-                      "no names of attributes: {}",
-                      input_.path().native(), fmt::join(left_out_, ", ")));
+  IndexedMesh finish() {
+    divider_.finish(input_, 0, reading_.warnings);
+    if (ignored_bytes_ > 0)
+      reading_.warn(fmt::format("{}: {} bytes after the last element of the header were ignored",
+                                input_.path().native(), ignored_bytes_));
+    leave_out();
     return std::move(mesh_);
   }
-  ComponentType precision() const {
-    const bool is_double = std::ranges::any_of(position_.index, [&](std::size_t property) {
-      return vertices_->properties[property].type == PlyType::kFloat64;
-    });
-    return is_double ? ComponentType::kFloat64 : ComponentType::kFloat32;
-  }
+  std::optional<ComponentType> precision() const;
   std::vector<MeshAttribute> finish_attributes() {
     std::vector<MeshAttribute> result;
     for (std::size_t at = 0; at < attributes_.size(); ++at)
@@ -161,6 +154,7 @@ class PlyReader {
   std::vector<RecordPart> record_parts();
 
   void check_header();
+  void leave_out() const;
   std::uint64_t least_triangle_bytes() const;
   [[noreturn]] void refuse_header(std::string_view what) const {
     input_.refuse_at_line(header_.lines, fmt::format("header: {}", what));
@@ -185,6 +179,7 @@ class PlyReader {
 
   Input& input_;
   PlyHeader header_;
+  Reading& reading_;
   const PlyElement* vertices_ = nullptr;
   const PlyElement* faces_ = nullptr;
   VertexProperties position_{};
@@ -192,10 +187,62 @@ class PlyReader {
   std::uint64_t ignored_bytes_ = 0;
   std::vector<PlyAttribute> attributes_;
   std::vector<std::vector<std::byte>> records_;  ///< [attribute]
-  std::vector<std::string> left_out_;
+  std::vector<std::string> no_attributes_;       ///< vertex properties that cannot be attributes
   IndexedMesh mesh_;
-  FaceDivider divider_{mesh_.faces};
+  FaceDivider divider_{mesh_};
 };
+
+std::optional<ComponentType> PlyReader::precision() const {
+  const auto has = [&](std::initializer_list<PlyType> types) {
+    return std::ranges::any_of(position_.index, [&](std::size_t property) {
+      return std::ranges::find(types, vertices_->properties[property].type) != types.end();
+    });
+  };
+  const auto fits = [](double number) {
+    return static_cast<double>(static_cast<float>(number)) == number;
+  };
+  if (has({PlyType::kFloat64})) return ComponentType::kFloat64;
+  // Text may have more digits than the type that the header names.
+  if (has({PlyType::kFloat32}) && header_.format == PlyFormat::kAscii) return std::nullopt;
+  if (has({PlyType::kInt32, PlyType::kUint32}) &&
+      !std::ranges::all_of(mesh_.positions, [&](const Vector3<double>& p) {
+        return fits(p.x) && fits(p.y) && fits(p.z);
+      }))
+    return ComponentType::kFloat64;
+  return ComponentType::kFloat32;
+}
+
+void PlyReader::leave_out() const {
+  const auto names_of = [](const PlyElement& element, auto&& is_left_out) {
+    std::vector<std::string> names;
+    for (std::size_t at = 0; at < element.properties.size(); ++at)
+      if (is_left_out(at)) names.push_back(element.properties[at].name);
+    return names;
+  };
+  const auto say = [&](std::string_view of, const std::vector<std::string>& names,
+                       std::uint64_t number, std::string_view one, std::string_view many) {
+    if (!names.empty())
+      reading_.leave_out_of(fmt::format("{} {}", of, fmt::join(names, ", ")), number, one, many);
+  };
+  if (reading_.attributes)
+    say("lists and properties whose names no attribute can have:", no_attributes_, vertices_->count,
+        "vertex", "vertices");
+  else
+    say("properties",
+        names_of(*vertices_,
+                 [&](std::size_t at) {
+                   return std::ranges::find(position_.index, at) == position_.index.end();
+                 }),
+        vertices_->count, "vertex", "vertices");
+  say("properties", names_of(*faces_, [&](std::size_t at) { return at != face_list_; }),
+      faces_->count, "face", "faces");
+  for (const PlyElement& element : header_.elements)
+    if (&element != vertices_ && &element != faces_)
+      reading_.leave_out(element.count, fmt::format("element {}", element.name),
+                         fmt::format("elements {}", element.name));
+  for (const std::string& file : header_.texture_files)
+    reading_.left_out.push_back(fmt::format("texture file {}", file));
+}
 
 void PlyReader::check_header() {
   for (const PlyElement& element : header_.elements) {
@@ -368,7 +415,7 @@ bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values) {
   }
   // With this many triangles, the value-by-value reader reports the error.
   if (mesh_.faces.size() >= kMaxFaces) return false;
-  mesh_.faces.push_back(face);
+  divider_.add_triangle(face);
   input_.consume(record_bytes);
   return true;
 }
@@ -413,16 +460,11 @@ void PlyReader::read_faces(Values& values) {
 
 }  // namespace
 
-IndexedMesh read_ply(Input& input, Warnings* warnings) {
-  PlyReader reader(input, read_ply_header(input), false);
+AttributedMesh read_ply(Input& input, Reading& reading) {
+  PlyReader reader(input, read_ply_header(input), reading);
   reader.read();
-  return reader.finish(warnings);
-}
-
-AttributedMesh read_ply_with_attributes(Input& input, Warnings* warnings) {
-  PlyReader reader(input, read_ply_header(input), true);
-  reader.read();
-  AttributedMesh result{reader.finish(warnings), reader.precision()};
+  const std::optional<ComponentType> precision = reader.precision();
+  AttributedMesh result{reader.finish(), precision};
   result.attributes = reader.finish_attributes();
   return result;
 }

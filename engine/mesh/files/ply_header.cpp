@@ -150,7 +150,11 @@ PlyHeader HeaderReader::read() {
   for (;;) {
     if (next_line().empty()) continue;
     const std::string& keyword = words_[0];
-    if (keyword == "comment" || keyword == "obj_info") continue;
+    if (keyword == "comment" || keyword == "obj_info") {
+      if (words_.size() > 2 && words_[1] == "TextureFile")
+        header_.texture_files.push_back(words_[2]);
+      continue;
+    }
     if (keyword == "end_header") break;
     if (keyword == "format") {
       if (std::exchange(has_format, true)) refuse("one format", "another");

@@ -48,6 +48,7 @@ struct PlyHeader {
   PlyFormat format = PlyFormat::kAscii;
   std::vector<PlyElement> elements;
   std::uint64_t lines = 0;
+  std::vector<std::string> texture_files;  ///< of comments "TextureFile NAME"
 };
 
 /// Consumes the header with its last line end. Lines end in \n, \r\n or \r, all of them like the

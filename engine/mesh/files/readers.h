@@ -16,33 +16,34 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 using Warnings = std::vector<std::string>;
 
-IndexedMesh read_ply(Input& input, Warnings* warnings);
-IndexedMesh read_obj(Input& input, Warnings* warnings);
-IndexedMesh read_off(Input& input, Warnings* warnings);
-IndexedMesh read_stl(Input& input, Warnings* warnings);
-AttributedMesh read_ply_with_attributes(Input& input, Warnings* warnings);
+/// What a reader shall read, and what it has to say.
+struct Reading {
+  bool attributes = false;  ///< those of vertices, if the format names and types them
+  Warnings* warnings = nullptr;
+  /// What the file has and the mesh has not, each with its number: "texture coordinates of 8
+  /// vertices".
+  std::vector<std::string> left_out = {};
 
-/// Whether a word begins an OFF file: OFF, with any of the prefixes ST, C, N, 4, n.
-bool is_off_keyword(std::string_view word);
-
-/// Takes faces corner by corner, and divides each into triangles around the face's first corner. It
-/// does not store corners, so a face of a million corners needs only the memory of its triangles.
-class FaceDivider {
- public:
-  explicit FaceDivider(std::vector<std::array<VertexId, 3>>& triangles) : triangles_(triangles) {}
-
-  void begin() { corners_ = 0; }
-  /// Returns false if there are now more triangles than a base mesh can have.
-  bool add(VertexId vertex);
-  std::uint64_t corners() const { return corners_; }  ///< of the current face, so far
-
-  void report(const Input& input, Warnings* warnings) const;
-
- private:
-  std::vector<std::array<VertexId, 3>>& triangles_;
-  std::uint64_t corners_ = 0;
-  std::uint64_t polygons_ = 0;  ///< faces of more than three corners
-  VertexId first_ = 0, previous_ = 0;
+  void warn(std::string text) const {
+    if (warnings != nullptr) warnings->push_back(std::move(text));
+  }
+  /// "NUMBER ONE" or "NUMBER MANY"; nothing for 0.
+  void leave_out(std::uint64_t number, std::string_view one, std::string_view many);
+  /// "WHAT of NUMBER ONE" or "WHAT of NUMBER MANY"; nothing for 0.
+  void leave_out_of(std::string_view what, std::uint64_t number, std::string_view one,
+                    std::string_view many);
 };
+
+AttributedMesh read_ply(Input& input, Reading& reading);
+AttributedMesh read_obj(Input& input, Reading& reading);
+AttributedMesh read_off(Input& input, Reading& reading);
+AttributedMesh read_stl(Input& input, Reading& reading);
+
+/// The length of the keyword with which a word begins that begins an OFF file, or 0: OFF, with any
+/// of the prefixes ST, C, N, 4, n. Digits may follow it without a blank, as in the set ModelNet.
+std::size_t off_keyword_bytes(std::string_view word);
+
+/// Whether a file is binary STL by its size.
+bool is_binary_stl(Input& input);
 
 PLAIT_END_NAMESPACE

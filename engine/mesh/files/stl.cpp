@@ -1,176 +1,140 @@
-// STL: triangles with three positions each, text or binary. Corners with equal positions are one
-// vertex. Source: 3D Systems, "StereoLithography Interface Specification", 1989.
+// STL: triangles with three positions each, text (stl_text.cpp) or binary. Corners with equal
+// positions are one vertex. Source: 3D Systems, "StereoLithography Interface Specification", 1989.
 
 #include <fmt/format.h>
 
 #include <array>
 #include <bit>
-#include <cstring>
+#include <cctype>
+#include <optional>
 #include <utility>
 
 #include "mesh/connectivity.h"
 #include "mesh/files/readers.h"
-#include "mesh/files/text_input.h"
+#include "mesh/files/stl_text.h"
+#include "mesh/position_table.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-using Corner = std::array<float, 3>;
+constexpr std::size_t kHeaderBytes = 84, kFacetBytes = 50;
 
-/// Finds the vertex of a position. A hash table with open addressing: a power of two of places, at
-/// most half of which are taken.
-class VertexWelder {
- public:
-  explicit VertexWelder(std::vector<Vector3<double>>& positions) : positions_(positions) {}
+/// The number of 32 bits at `at`. REQUIRES: it is in the buffer.
+std::uint32_t load_word(const Input& input, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t byte = 4; byte-- > 0;)
+    value = value << 8 | static_cast<unsigned char>(input.unread()[at + byte]);
+  return value;
+}
 
-  VertexId find_or_add(Corner at) {
-    for (float& number : at) number += 0.0f;  // -0 becomes 0, which is equal
-    if (2 * (positions_.size() + 1) > places_.size()) grow();
-    for (std::size_t place = hash(at) & mask();; place = (place + 1) & mask()) {
-      VertexId& vertex = places_[place];
-      if (vertex == kNoId) {
-        vertex = static_cast<VertexId>(positions_.size());
-        positions_.push_back({at[0], at[1], at[2]});
-        return vertex;
-      }
-      if (bits_of(corner_of(vertex)) == bits_of(at)) return vertex;
-    }
-  }
-
- private:
-  std::size_t mask() const { return places_.size() - 1; }
-  Corner corner_of(VertexId vertex) const {
-    const Vector3<double>& p = positions_[vertex];
-    return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-  }
-  /// Coordinates that are no numbers differ from themselves, and their bits do not.
-  static std::array<std::uint32_t, 3> bits_of(const Corner& at) {
-    return std::bit_cast<std::array<std::uint32_t, 3>>(at);
-  }
-  /// S. Vigna, "splitmix64", 2015: its mixing step.
-  static std::size_t hash(const Corner& at) {
-    std::uint64_t value = 0;
-    for (const float number : at) {
-      value = (value + std::bit_cast<std::uint32_t>(number)) * 0x9e3779b97f4a7c15u;
-      value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9u;
-    }
-    return value ^ (value >> 31);
-  }
-  void grow() {
-    places_.assign(std::max<std::size_t>(1024, 2 * places_.size()), kNoId);
-    for (VertexId vertex = 0; vertex < positions_.size(); ++vertex) {
-      std::size_t place = hash(corner_of(vertex)) & mask();
-      while (places_[place] != kNoId) place = (place + 1) & mask();
-      places_[place] = vertex;
-    }
-  }
-
-  std::vector<Vector3<double>>& positions_;
-  std::vector<VertexId> places_;
-};
+/// A binary file has bytes in its first facet that no text has: numbers of a normal are 0 or have
+/// such bytes, and the two bytes behind the facet are 0 as a rule.
+bool looks_like_text(Input& input) {
+  constexpr std::size_t kLookBytes = kHeaderBytes + 2 * kFacetBytes;
+  input.ensure(kLookBytes);
+  for (const char c : input.unread().substr(0, kLookBytes))
+    if (std::iscntrl(static_cast<unsigned char>(c)) != 0 &&
+        std::isspace(static_cast<unsigned char>(c)) == 0)
+      return false;
+  return true;
+}
 
 class StlReader {
  public:
-  explicit StlReader(Input& input) : input_(input) {}
+  StlReader(Input& input, Reading& reading) : input_(input), reading_(reading) {}
 
-  IndexedMesh read() {
-    is_text() ? read_text() : read_binary();
-    return std::move(mesh_);
+  AttributedMesh read() {
+    const bool text = !is_binary_stl(input_) && looks_like_text(input_);
+    text ? read_text() : read_binary();
+    AttributedMesh result{std::move(mesh_)};
+    if (!text) result.precision = ComponentType::kFloat32;
+    return result;
   }
 
  private:
-  static constexpr std::size_t kHeaderBytes = 84, kFacetBytes = 50;
+  using Corners = std::array<Vector3<double>, 3>;
 
-  /// A binary file may begin with "solid" too, but then no facet follows as a word.
-  bool is_text() {
-    constexpr std::size_t kLookBytes = 1024;
-    input_.ensure(kLookBytes);
-    const std::string_view start = input_.unread().substr(0, kLookBytes);
-    const bool has_words = start.find("facet") != std::string_view::npos ||
-                           start.find("endsolid") != std::string_view::npos;
-    return start.starts_with("solid") && has_words && start.find('\0') == std::string_view::npos;
-  }
-
-  void add(const std::array<Corner, 3>& corners) {
+  void add(const Corners& corners) {
     std::array<VertexId, 3> face;
-    for (std::size_t at = 0; at < 3; ++at) face[at] = welder_.find_or_add(corners[at]);
+    for (std::size_t at = 0; at < 3; ++at) {
+      const auto next = static_cast<VertexId>(mesh_.positions.size());
+      // -0 becomes 0, which is equal.
+      const Vector3<double> position = corners[at] + Vector3<double>{0, 0, 0};
+      face[at] = vertices_.find_or_add(position, next);
+      if (face[at] == next) mesh_.positions.push_back(position);
+    }
     mesh_.faces.push_back(face);
   }
 
-  void read_binary() {
-    if (!input_.ensure(kHeaderBytes))
-      input_.refuse_at_byte(input_.offset(), "expected a header of 84 bytes, found the end");
-    const auto load = [&](std::size_t at) {
-      std::uint32_t value = 0;
-      for (std::size_t byte = 4; byte-- > 0;)
-        value = value << 8 | static_cast<unsigned char>(input_.unread()[at + byte]);
-      return value;
-    };
-    const std::uint64_t count = load(80);
-    input_.consume(kHeaderBytes);
-    if (count > kMaxFaces)
-      input_.refuse_at_byte(80,
-                            fmt::format("expected at most {} facets, found {}", kMaxFaces, count));
-    mesh_.faces.reserve(input_.plausible_count(count, kFacetBytes));
-    for (std::uint64_t facet = 0; facet < count; ++facet) {
-      if (!input_.ensure(kFacetBytes))
-        input_.refuse_at_byte(
-            input_.offset() + input_.unread().size(),
-            fmt::format("facet {}: expected all {} of them, found the end", facet, count));
-      std::array<Corner, 3> corners;
-      for (std::size_t number = 0; number < 9; ++number) {
-        const float value = std::bit_cast<float>(load(12 + 4 * number));
-        if (!input_.takes(value))
-          input_.refuse_at_byte(
-              input_.offset() + 12 + 4 * number,
-              fmt::format("facet {}: expected a finite number, found {}", facet, value));
-        corners[number / 3][number % 3] = value;
-      }
-      add(corners);
-      input_.consume(kFacetBytes);
-    }
-    if (input_.ensure(1))
-      input_.refuse_at_byte(input_.offset(),
-                            fmt::format("expected the end after {} facets, found more", count));
-  }
-
-  void read_text() {
-    TextInput text(input_, TextRules{});
-    std::array<Corner, 3> corners;
-    std::size_t found = 0;
-    while (text.next_line()) {
-      const std::string_view word = text.word();
-      const std::string element = fmt::format("facet {}", mesh_.faces.size());
-      if (word == "vertex") {
-        if (found == 3) text.refuse(element, "three vertices", "another one");
-        for (float& number : corners[found]) {
-          const std::string_view digits = text.word();
-          const std::optional<double> value = parse_number(digits);
-          number = static_cast<float>(value.value_or(0));
-          if (!value || !input_.takes(number)) text.refuse(element, "a finite number", digits);
-        }
-        ++found;
-      } else if (word == "endfacet") {
-        if (found != 3) text.refuse(element, "three vertices", fmt::format("{}", found));
-        if (mesh_.faces.size() == kMaxFaces)
-          text.refuse(element, fmt::format("at most {} facets", kMaxFaces), "more");
-        add(corners);
-        found = 0;
-      } else if (word != "solid" && word != "facet" && word != "outer" && word != "endloop" &&
-                 word != "endsolid") {
-        text.refuse(element, "a word of STL", word);
-      }
-    }
-    if (found != 0) text.refuse_end(fmt::format("facet {}", mesh_.faces.size()), "endfacet");
-  }
+  void read_binary();
+  void read_text();
 
   Input& input_;
+  Reading& reading_;
   IndexedMesh mesh_;
-  VertexWelder welder_{mesh_.positions};
+  PositionTable vertices_{mesh_.positions};
 };
+
+void StlReader::read_binary() {
+  if (!input_.ensure(kHeaderBytes))
+    input_.refuse_at_byte(input_.offset(), "expected a header of 84 bytes, found the end");
+  const std::uint64_t count = load_word(input_, kHeaderBytes - 4);
+  input_.consume(kHeaderBytes);
+  if (count > kMaxFaces)
+    input_.refuse_at_byte(80,
+                          fmt::format("expected at most {} facets, found {}", kMaxFaces, count));
+  mesh_.faces.reserve(input_.plausible_count(count, kFacetBytes));
+  std::uint64_t with_bytes = 0;
+  for (std::uint64_t facet = 0; facet < count; ++facet) {
+    if (!input_.ensure(kFacetBytes))
+      input_.refuse_at_byte(
+          input_.offset() + input_.unread().size(),
+          fmt::format("facet {}: expected all {} of them, found the end", facet, count));
+    Corners corners{};
+    for (std::size_t number = 0; number < 9; ++number) {
+      const std::size_t at = 12 + 4 * number;
+      const auto value = std::bit_cast<float>(load_word(input_, at));
+      if (!input_.takes(value))
+        input_.refuse_at_byte(
+            input_.offset() + at,
+            fmt::format("facet {}: expected a finite number, found {}", facet, value));
+      corners[number / 3][static_cast<int>(number % 3)] = value;
+    }
+    add(corners);
+    with_bytes += input_.unread()[kFacetBytes - 2] != 0 || input_.unread()[kFacetBytes - 1] != 0;
+    input_.consume(kFacetBytes);
+  }
+  if (input_.ensure(1))
+    input_.refuse_at_byte(input_.offset(),
+                          fmt::format("expected the end after {} facets, found more", count));
+  reading_.leave_out_of("attribute bytes (colours of some programs)", with_bytes, "facet",
+                        "facets");
+}
+
+void StlReader::read_text() {
+  StlText text(input_);
+  for (Corners corners{}; text.next_facet(corners);) {
+    if (mesh_.faces.size() == kMaxFaces) text.refuse(fmt::format("at most {} facets", kMaxFaces));
+    add(corners);
+  }
+  if (text.solids() > 1)
+    reading_.warn(
+        fmt::format("{}: {} solids read as one mesh", input_.path().native(), text.solids()));
+  if (!text.has_end())
+    reading_.warn(fmt::format("{}: the last solid has no endsolid: the file may be cut short",
+                              input_.path().native()));
+}
 
 }  // namespace
 
-IndexedMesh read_stl(Input& input, Warnings*) { return StlReader(input).read(); }
+bool is_binary_stl(Input& input) {
+  if (!input.ensure(kHeaderBytes)) return false;
+  const std::uint64_t size =
+      kHeaderBytes + std::uint64_t{kFacetBytes} * load_word(input, kHeaderBytes - 4);
+  if (const std::optional<std::uint64_t> known = input.content_bytes()) return size == *known;
+  return false;
+}
+
+AttributedMesh read_stl(Input& input, Reading& reading) { return StlReader(input, reading).read(); }
 
 PLAIT_END_NAMESPACE

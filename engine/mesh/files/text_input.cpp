@@ -80,6 +80,15 @@ std::optional<char> TextInput::peek() {
   }
 }
 
+bool TextInput::is_part_of_number(std::size_t length) {
+  constexpr std::size_t kLongestOne = 3, kLongestMark = 16;
+  if (length > kLongestOne) return false;
+  input_.ensure(length + kLongestMark);  // at the end there may be fewer
+  std::string_view number = input_.unread().substr(0, length + kLongestMark);
+  number = number.substr(0, number.find_first_of(" \t\v\f\r\n"));
+  return parse_foreign_number(number).has_value();
+}
+
 std::string_view TextInput::word() {
   const std::optional<char> first = peek();
   if (!first || is_line_end(*first)) return {};
@@ -90,6 +99,14 @@ std::string_view TextInput::word() {
            !(text[length] == '#' && rules_.hash_comments) &&
            !(text[length] == '\\' && rules_.backslash_continues))
       ++length;
+    if (length < text.size() && text[length] == '#' && is_part_of_number(length)) {
+      ++length;
+      continue;
+    }
+    if (length > kMaxWordBytes && rules_.divides_long_words) {
+      length = kMaxWordBytes;
+      break;
+    }
     if (length > kMaxWordBytes)
       refuse("word", fmt::format("at most {} characters", kMaxWordBytes), text.substr(0, length));
     if (length < text.size() || !input_.fill()) break;
@@ -131,7 +148,7 @@ void TextInput::refuse_end(std::string_view element, std::string_view expected) 
       line_, fmt::format("{}: expected {}, found the end of the file", element, expected));
 }
 
-std::optional<double> parse_number(std::string_view word) {
+std::optional<double> parse_plain_number(std::string_view word) {
   const std::optional<std::string_view> number = without_plus(word);
   if (!number || number->empty()) return std::nullopt;
   const char* const last = number->data() + number->size();

@@ -14,6 +14,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 struct TextRules {
   bool hash_comments = false;        ///< '#' starts a comment that runs to the end of the line
   bool backslash_continues = false;  ///< a backslash at the end of a line joins the next one
+  bool divides_long_words = false;   ///< beyond kMaxWordBytes, which is an error otherwise
 };
 
 /// A cursor over an Input. Lines end in \n, \r\n or \r; line() counts them from 1.
@@ -49,6 +50,8 @@ class TextInput {
   std::optional<char> peek();
   void pass_line_end(char first);
   void pass_comment();
+  /// Whether the '#' behind `length` bytes is that of 1.#INF or its like, and begins no comment.
+  bool is_part_of_number(std::size_t length);
 
   Input& input_;
   TextRules rules_;
@@ -58,7 +61,14 @@ class TextInput {
 /// A decimal or scientific number, "nan" and "inf" included. Returns nothing if `word` is not a
 /// number or is too large for a double. A number too small for a double gives zero. Independent of
 /// the locale.
-std::optional<double> parse_number(std::string_view word);
+std::optional<double> parse_plain_number(std::string_view word);
+/// A number in the forms of other run-time systems, or nothing (foreign_numbers.cpp).
+std::optional<double> parse_foreign_number(std::string_view word);
+/// A number in either form.
+inline std::optional<double> parse_number(std::string_view word) {
+  const std::optional<double> number = parse_plain_number(word);
+  return number ? number : parse_foreign_number(word);
+}
 std::optional<std::int64_t> parse_integer(std::string_view word);
 
 PLAIT_END_NAMESPACE

@@ -43,6 +43,9 @@ struct SubdivisionRequest {
   std::variant<std::filesystem::path, BaseMesh> mesh;
   /// May be empty if the backend is not durable.
   std::filesystem::path store = {};
+  /// Vertices of the file at most so far from each other become one; 0: those of equal positions.
+  /// Not set: all stay. Only for a file.
+  std::optional<double> weld = {};
   int levels = 1;  ///< the level to reach, counted from the mesh
 
   // Properties of the store. A resumed job takes them from the store, and refuses a value that
@@ -56,7 +59,9 @@ struct SubdivisionRequest {
   /// Loop. The store records the name of a program's own rule alone, so a job that continues the
   /// store needs the rule again.
   std::optional<Scheme> scheme = {};
-  std::optional<ComponentType> precision = {};       ///< float32
+  /// float32, but float64 if float32 moved a vertex of the mesh by more than a thousandth of the
+  /// shortest edge there.
+  std::optional<ComponentType> precision = {};
   std::optional<std::uint64_t> block_bytes = {};     ///< as in StoreOptions
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB; decides the base level
 
@@ -130,6 +135,8 @@ struct SubdivisionPlan {
   std::optional<EarlierRun> earlier;
 
   MeshFigures input;
+  /// Vertices of borders whose positions others have, and those that the weld merged.
+  std::uint64_t seam_vertices = 0, merged_vertices = 0;
   std::vector<LevelCounts> level_counts;  ///< [level], 0 to subdivide.levels
   SubdivisionSize size;
   double import_seconds = 0;

@@ -286,7 +286,7 @@ TEST_CASE("LeftOver_OfAnotherMachine_IsNotRemoved") {
 
 TEST_CASE("UnpublishedFile_WithTheLongestNameThatADirectoryTakes_IsMade") {
   const TemporaryDirectory here;
-  for (const std::size_t bytes : {170, 175, 176, 240, 255})
+  for (const std::size_t bytes : {170u, 175u, 176u, 240u, 255u})
     for (const char* letter : {"n", "\xc3\xa9"}) {
       std::string name;
       while (name.size() + std::string(letter).size() <= bytes) name += letter;

@@ -96,7 +96,10 @@ TEST_CASE("ReadAttributedMesh_EveryPlyFormat_KeepsTypesAndNumbers") {
       read_attributed_mesh(directory.file("a.ply", ply_file(format, with_list)), &warnings);
   CHECK(read.mesh.positions.at(1) == Vector3<double>{2, 3, 4});
   CHECK(read.mesh.faces.size() == 1);
-  CHECK(read.precision == ComponentType::kFloat32);
+  if (format == "ascii")
+    CHECK(!read.precision);  // text may have more digits than float32
+  else
+    CHECK(read.precision == ComponentType::kFloat32);
   CHECK(records_of<Vector3<float>>(read, "normal").at(2) == Vector3<float>{2.25f, 1.5f, 10});
   CHECK(records_of<double>(read, "weight").at(0) == 1e300);
   CHECK(records_of<std::array<std::uint8_t, 4>>(read, "color").at(1) ==
@@ -161,13 +164,14 @@ TEST_CASE("ReadStl_TextAndBinary_WeldEqualCorners") {
   };
   refused(binary.substr(0, 150), "facet 1: expected all 2 of them");
   refused(binary + "x", "expected the end after 2 facets");
-  refused(binary.substr(0, 40), "header of 84 bytes");
+  refused(binary.substr(0, 40), "expected solid, found the end of the file");
+  refused(std::string(40, '\1'), "header of 84 bytes");
   std::string not_finite = binary;
   not_finite.replace(84 + 12, 4, "\xff\xff\xff\x7f");
   refused(not_finite, "facet 0: expected a finite number");
   refused("solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2 3\nendloop\nendfacet\n",
           "three vertices");
   refused("solid x\nfacet normal 0 0 1\nvertex 1 2 nan\n", "a finite number");
-  refused("solid x\nfacet normal 0 0 1\nvertex 1 2 3\n", "endfacet");
-  refused("solid x\nfacets\n", "a word of STL");
+  refused("solid x\nfacet normal 0 0 1\nvertex 1 2 3\n", "three vertices, found the end");
+  refused("solid x\nfacets\n", "facet or endsolid");
 }

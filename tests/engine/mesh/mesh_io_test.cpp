@@ -119,7 +119,9 @@ TEST_CASE("ReadBaseMesh_NonManifoldFile_IsRefusedWithItsName") {
                                    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 1 1\n"
                                    "f 1 2 3\nf 2 1 4\nf 1 2 5\n");
   CHECK(refusal([&] { read_base_mesh(path); }) ==
-        path.string() + ": edge 0-1: expected at most two faces, found 3: faces 0, 1, 2");
+        path.string() +
+            ": edge 0-1: expected at most two faces, found 3: faces 0, 1, 2; plait "
+            "check counts such places, and plait remesh repairs them");
 }
 
 TEST_CASE("WritePly_AnyMesh_ReadsBackTheSame") {

@@ -96,6 +96,9 @@ TEST_CASE("ReadBaseMesh_EveryModel_MatchesTheTable") {
     CHECK(shapes::euler_number(mesh) ==
           static_cast<std::int64_t>(2 * number("components")) -
               static_cast<std::int64_t>(2 * number("genus") + number("boundary_loops")));
+    std::erase_if(warnings, [](const std::string& warning) {
+      return warning.find(": left out: ") != std::string::npos;
+    });
     CHECK(warnings.size() == (number("isolated") > 0 ? 1 : 0));
 
     std::vector<std::uint64_t> valence(mesh.vertex_count(), 0);

@@ -16,10 +16,19 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// A face of a file that has more than three corners, and is several triangles here.
+struct CutFace {
+  FaceId first_triangle;
+  std::uint32_t triangles;
+  FaceId number;  ///< of the face in the file, from 0
+};
+
 /// Triangles as read from a file. They may be invalid.
 struct IndexedMesh {
   std::vector<Vector3<double>> positions;
   std::vector<std::array<VertexId, 3>> faces;
+  /// Ascending. Messages of BaseMesh::build() name the faces of the file by them.
+  std::vector<CutFace> cut_faces = {};
 };
 
 /// Where the vertices and faces of a BaseMesh are in the mesh that BaseMesh::build() got, and the
@@ -55,7 +64,7 @@ class BaseMesh {
   /// is not finite, a face that names a vertex twice, an edge of more than two faces, a vertex
   /// whose faces form more than one fan, a face given twice, an orientation that cannot be made
   /// consistent, no face at all, more than 2^30 faces or 2^32 - 2 vertices. Messages name vertices
-  /// and faces as `mesh` numbers them.
+  /// as `mesh` numbers them, and faces as the file does (IndexedMesh::cut_faces).
   static BaseMesh build(IndexedMesh mesh, std::string_view source = "mesh",
                         std::vector<std::string>* warnings = nullptr);
 

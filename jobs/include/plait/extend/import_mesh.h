@@ -28,8 +28,12 @@ struct ImportRequest {
   std::string backend = std::string(kAutomaticBackend);  ///< one that is durable
   PipelinesOf pipeline_of = {};                          ///< empty: the default of the backend
   LayoutKind layout = LayoutKind::kAutomatic;
-  /// float32 or float64. Not set: as in a PLY file; float32 for other formats.
+  /// float32 or float64. Not set: as in a PLY file; for formats without types float32, but float64
+  /// if float32 moved a vertex by more than a thousandth of the shortest edge there.
   std::optional<ComponentType> precision = {};
+  /// Vertices at most so far from each other become one; 0: those of equal positions. Not set: all
+  /// stay.
+  std::optional<double> weld = {};
   std::uint64_t block_bytes = StoreOptions().block_bytes;
   /// If slots of positions would be larger, a finer level becomes the base mesh of the store.
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB
@@ -42,8 +46,11 @@ struct ImportRequest {
 
 /// What an import did.
 struct ImportResult {
-  std::uint64_t vertices = 0, faces = 0;  ///< of the file
-  int levels = 0;                         ///< of the store; its base mesh is at `base_level`
+  std::uint64_t vertices = 0, faces = 0;  ///< of the file, after the weld
+  std::uint64_t merged_vertices = 0;      ///< by the weld
+  /// Vertices of borders whose positions others have.
+  std::uint64_t seam_vertices = 0;
+  int levels = 0;  ///< of the store; its base mesh is at `base_level`
   int base_level = 0;
   std::uint64_t base_vertices = 0, base_faces = 0, border_edges = 0;
   /// The surface has parts without a vertex that must be kept, such as a torus whose vertices all

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,10 @@ struct MeshAttribute {
 /// Triangles, and attributes of their vertices. They may be invalid.
 struct AttributedMesh {
   IndexedMesh mesh;
-  /// The type that the file has for coordinates; float32 for text formats without types.
-  ComponentType precision = ComponentType::kFloat32;
+  /// The type that the coordinates of the file need: float64 for `double` of PLY, and for integers
+  /// of 32 bits if float32 has not all of them; float32 for the other types of PLY and for binary
+  /// STL. Text formats without types have none.
+  std::optional<ComponentType> precision = {};
   std::vector<MeshAttribute> attributes = {};
 };
 
@@ -35,8 +38,10 @@ enum class NotFinite : std::uint8_t { kRefuse, kKeep };
 ///   nx ny nz -> normal          red green blue [alpha] -> color        s t, or u v -> texture
 ///   NAME_0 NAME_1 ... (of one type) -> NAME, a record of as many components
 ///   NAME_x NAME_y NAME_z (of one type) -> NAME                 any other scalar -> its own name
-/// Lists, and names that an attribute cannot have, are left out, which adds a line to `warnings`.
-/// Other formats give no attributes. Pinned by tests/engine/mesh/attributed_mesh_test.cpp.
+/// Other formats give no attributes. What else the file has is left out, and a line of `warnings`
+/// names it with its numbers: lists and names that an attribute cannot have, properties of faces,
+/// further elements, colours, texture coordinates and groups of the other formats. Pinned by
+/// tests/engine/mesh/attributed_mesh_test.cpp and left_out_test.cpp.
 AttributedMesh read_attributed_mesh(const std::filesystem::path& path,
                                     std::vector<std::string>* warnings = nullptr,
                                     NotFinite not_finite = NotFinite::kRefuse);

@@ -100,6 +100,9 @@ class StoreAccess {
     AttributeId id;
     int first_level, last_level;
   };
+  /// Whether blocks of these levels are encoded from coarser ones of them. Then no pass can write
+  /// all of them.
+  static bool are_encoded_from_each_other(const Store& store, const NewLevels& levels);
   /// The part of the budget that is for frames at any time while these levels are added: the rest
   /// is what the backend keeps for itself. `planned`: plan_levels() is called before, with this
   /// provenance.

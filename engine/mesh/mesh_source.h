@@ -1,0 +1,46 @@
+// mesh_source.h: how messages name a mesh and its faces.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "plait/base_mesh.h"
+#include "plait/detail/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// Refers to the name and the list that it got. Both must outlive the object.
+class MeshSource {
+ public:
+  /// Implicit, because most meshes have a name and no polygons.
+  // NOLINTNEXTLINE(google-explicit-constructor)
+  MeshSource(std::string_view name, std::span<const CutFace> cut_faces = {})
+      : name_(name), cut_faces_(cut_faces) {}
+  // NOLINTNEXTLINE(google-explicit-constructor)
+  MeshSource(const std::string& name) : name_(name) {}
+  // NOLINTNEXTLINE(google-explicit-constructor)
+  MeshSource(const char* name) : name_(name) {}
+
+  std::string_view name() const { return name_; }
+  /// The number that the file gives the face of which `triangle` is a part.
+  std::uint64_t face(FaceId triangle) const {
+    const auto after = std::ranges::upper_bound(cut_faces_, triangle, {}, &CutFace::first_triangle);
+    if (after == cut_faces_.begin()) return triangle;
+    const CutFace& before = *(after - 1);
+    const FaceId behind = triangle - before.first_triangle;
+    return before.number + (behind < before.triangles ? 0 : behind - before.triangles + 1);
+  }
+  /// How many faces the file has for so many triangles.
+  std::uint64_t face_count(std::uint64_t triangles) const {
+    return triangles == 0 ? 0 : face(static_cast<FaceId>(triangles - 1)) + 1;
+  }
+
+ private:
+  std::string_view name_;
+  std::span<const CutFace> cut_faces_;
+};
+
+PLAIT_END_NAMESPACE
