@@ -205,6 +205,36 @@ class JobTable {
     return *this;
   }
   template <class Access>
+  JobTable& precision(Access access, std::string help) {
+    return choice(
+               "precision", {"auto", "float32", "float64"},
+               [access](Arguments& arguments, const std::string& name) {
+                 auto& precision = std::invoke(access, arguments);
+                 if (name == "auto")
+                   precision.reset();
+                 else
+                   precision =
+                       name == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
+               },
+               std::move(help))
+        .by_default("auto");
+  }
+  template <class Access>
+  JobTable& weld(Access access) {
+    constexpr double kFarthest = std::numeric_limits<double>::max();
+    return add({.name = "weld",
+                .kind = OptionKind::kNumber,
+                .help = "Vertices at most this far from each other become one; without a number "
+                        "those of equal positions",
+                .value_name = "[TOLERANCE]",
+                .choices = {"true"},
+                .high = kFarthest},
+               [access](Arguments& arguments, const std::string& text) {
+                 std::invoke(access, arguments) =
+                     text == "true" ? 0 : parse_number(text, 0, kFarthest);
+               });
+  }
+  template <class Access>
   JobTable& compress(Access access) {
     return texts("compress", access,
                  "How blocks are compressed: a preset or a pipeline (see below), for all "
@@ -218,39 +248,6 @@ class JobTable {
                  "Round vertices, by at most this much (see below): of \"position\", or as "
                  "ATTRIBUTE=...; may be repeated")
         .shown_as("BOUND[rel][,euclidean]");
-  }
-
-  template <class Access>
-  JobTable& precision(Access access, std::string help) {
-    choice(
-        "precision", {"auto", "float32", "float64"},
-        [access](Arguments& arguments, const std::string& name) {
-          std::optional<ComponentType>& to = std::invoke(access, arguments);
-          to.reset();
-          if (name != "auto")
-            to = name == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
-        },
-        std::move(help));
-    return by_default("auto");
-  }
-  /// A tolerance, or a word: true for a tolerance of 0, false for no weld.
-  template <class Access>
-  JobTable& weld(Access access) {
-    return add({.name = "weld",
-                .kind = OptionKind::kNumber,
-                .help = "Vertices at most this far from each other become one; without a number "
-                        "those of equal positions",
-                .value_name = "[TOLERANCE]",
-                .choices = {"true", "false"},
-                .low = 0,
-                .high = std::numeric_limits<double>::max()},
-               [access](Arguments& arguments, const std::string& text) {
-                 std::optional<double>& to = std::invoke(access, arguments);
-                 to.reset();
-                 if (text != "false")
-                   to = text == "true" ? 0
-                                       : parse_number(text, 0, std::numeric_limits<double>::max());
-               });
   }
 
   // Changes of the last row.

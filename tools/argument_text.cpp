@@ -38,6 +38,16 @@ bool parse_whole(std::string_view text, Number& value) {
 
 }  // namespace
 
+double parse_tolerance(std::string_view text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number) ||
+      number < 0)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("expected a number of 0 or more, found \"{}\"", text));
+  return number;
+}
+
 PictureSize parse_picture_size(std::string_view text) {
   PictureSize size;
   const std::size_t cross = text.find('x');

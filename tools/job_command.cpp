@@ -82,18 +82,17 @@ void add_job_option(CommandLine& command, const JobOption& option, GivenOption& 
     command.add_flag(name, given.flag, option.help);
     return;
   }
+  const auto take = [&given](const std::string& text) {
+    check_option(*given.option, text);
+    given.texts.assign(1, text);
+  };
   Option* added = nullptr;
-  if (option.kind == OptionKind::kTexts) {
+  if (option.kind == OptionKind::kTexts)
     added = command.add_option(name, given.texts, option.help)->allow_extra_args(false);
-  } else {
-    const auto take = [&given](const std::string& text) {
-      check_option(*given.option, text);
-      given.texts.assign(1, text);
-    };
-    added = option.kind == OptionKind::kNumber && !option.choices.empty()
-                ? command.add_option_with_optional_number(name, take, option.help)
-                : command.add_parsed_option(name, take, option.help);
-  }
+  else if (option.kind == OptionKind::kNumber && !option.choices.empty())
+    added = command.add_option_with_optional_number(name, take, option.help);
+  else
+    added = command.add_parsed_option(name, take, option.help);
   // As the command line itself writes the values of an option: the completion reads them.
   added->type_name(option.kind == OptionKind::kChoice
                        ? fmt::format("{{{}}}", fmt::join(option.choices, ","))

@@ -55,9 +55,10 @@ Job import_job() {
       .count("levels", &ImportArguments::levels, 1, kMaxLevel,
              fmt::format("The number of levels, 1 to {}, or all that there are", kMaxLevel))
       .or_word("all");
-  table.precision(&ImportArguments::precision,
-                  "Type of the positions; auto: as in a PLY file; for other files float32, unless "
-                  "it moves a vertex by more than a thousandth of the shortest edge there");
+  table.precision(
+      &ImportArguments::precision,
+      "Type of the positions; auto: as in a PLY file; for other files float32, unless it moves "
+      "a vertex by more than a thousandth of the shortest edge there");
   table.weld(&ImportArguments::weld);
   table.text("backend", &ImportArguments::backend,
              "The backend that stores the levels (see below)");

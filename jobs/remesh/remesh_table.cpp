@@ -11,9 +11,6 @@ JobReport run_remesh(RemeshRequest& request, const JobCall& call) {
   const RemeshReport report = remesh(request, call.backends, call.watch);
   JobReport json = {{"scan", request.scan.string()},
                     {"store", request.store.string()},
-                    {"merged_vertices", report.merged_vertices},
-                    {"seam_vertices", report.seam_vertices},
-                    {"precision", to_string(report.precision)},
                     {"repairs", repairs_json(report.repairs)},
                     {"scan_figures", figures_json(report.scan)},
                     {"base_figures", figures_json(report.base)},
@@ -36,6 +33,9 @@ JobReport run_remesh(RemeshRequest& request, const JobCall& call) {
                     {"area_spread",
                      {{"percentile_90", report.area_spread.percentile_90},
                       {"share_within_4", report.area_spread.share_within_4}}},
+                    {"merged_vertices", report.merged_vertices},
+                    {"seam_vertices", report.seam_vertices},
+                    {"precision", to_string(report.precision)},
                     {"diagonal", report.diagonal},
                     {"mean_edge", report.mean_edge}};
   if (request.report_samples > 0) {
@@ -78,10 +78,6 @@ Job remesh_job() {
   table.count(
       "fill-holes", [](RemeshRequest & request) -> auto& { return request.repair.fill_holes; }, 0,
       std::uint64_t{1} << 32, "Fill holes with at most this number of edges");
-  table.precision(&RemeshRequest::precision,
-                  "Type of the positions; auto: float32, unless it moves a vertex of the scan by "
-                  "more than a thousandth of the shortest edge there");
-  table.weld(&RemeshRequest::weld);
   table.flag("no-foldover", &RemeshRequest::refuse_turned,
              "Make the base mesh anew, at most 8 times, while small faces are turned over; refuse "
              "what is left");
@@ -89,6 +85,10 @@ Job remesh_job() {
              "Add attribute distance: how far the scan is from the store");
   table.count("samples", &RemeshRequest::report_samples, 0, 1000000000,
               "Points of the report in each direction; 0 for no distances");
+  table.precision(&RemeshRequest::precision,
+                  "Type of the positions; auto: float32, unless it moves a vertex of INPUT by more "
+                  "than a thousandth of the shortest edge there");
+  table.weld(&RemeshRequest::weld);
   table.text(
       "backend", [](RemeshRequest & request) -> auto& { return request.options.backend; },
       "The backend that stores the levels (see below)");

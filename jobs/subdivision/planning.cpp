@@ -148,7 +148,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
            fmt::format("subdivide: expected precision float32 or float64, found {}",
                        to_string(plan.precision)));
   if (request.weld && !std::holds_alternative<std::filesystem::path>(request.mesh))
-    refuse(plan, SubdivisionField::kMesh, ErrorCode::kInvalidArgument,
+    refuse(plan, "input", ErrorCode::kInvalidArgument,
            "subdivide: expected a file to weld, found a mesh whose faces are connected");
   if (plan.keeps_store && request.store.empty())
     refuse(plan, "output", ErrorCode::kInvalidArgument,

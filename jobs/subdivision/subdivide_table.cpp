@@ -146,9 +146,10 @@ void add_surface_options(JobTable<SubdivideArguments>& table) {
         arguments.scheme = scheme_from_name(name);
       },
       fmt::format("{}; default {}", scheme_names(), to_string(Scheme())));
-  table.precision(&SubdivideArguments::precision,
-                  "Type of the positions; auto: float32, unless it moves a vertex by more than a "
-                  "thousandth of the shortest edge there");
+  table.precision(
+      &SubdivideArguments::precision,
+      "Type of the positions; auto: float32, unless it moves a vertex of INPUT by more than a "
+      "thousandth of the shortest edge there");
   table.weld(&SubdivideArguments::weld);
   table.flag("normals", &SubdivideArguments::normals, "Also compute unit normals");
   table.flag("limit", &SubdivideArguments::limit,
@@ -218,7 +219,7 @@ void add_run_options(JobTable<SubdivideArguments>& table) {
 
 Job subdivide_job() {
   JobTable<SubdivideArguments> table("subdivide", "Refine a mesh into a store");
-  table.path("input", &SubdivideArguments::mesh, "PLY, OBJ or OFF, also .gz and .zst")
+  table.path("input", &SubdivideArguments::mesh, "PLY, OBJ, OFF or STL, also .gz and .zst")
       .at(0)
       .required();
   table

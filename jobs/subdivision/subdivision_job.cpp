@@ -19,6 +19,7 @@
 #include "subdivision/run_size.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
 namespace {
 
 BaseMesh mesh_of_file(const std::filesystem::path& file, const SubdivisionRequest& request,

@@ -180,7 +180,7 @@ def _options(described, values):
     given = []
     for option in described["options"]:
         value = values.get(_name(option))
-        if value is None:
+        if value is None or (value is False and option["kind"] != "flag"):
             continue
         several = option["kind"] == "texts" and not isinstance(value, (str, bytes))
         for each in value if several else (value,):

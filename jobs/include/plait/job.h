@@ -46,10 +46,10 @@ struct JobOption {
   std::string help = {};                         ///< one line
   std::string value_name = {};                   ///< what --help writes for the value: "SIZE"
   std::optional<std::string> default_text = {};  ///< a text that means the same as no text
-  std::vector<std::string> choices = {};         ///< of kChoice; of others: words that it takes too
-  std::uint64_t first = 0;                       ///< of kCount
-  std::uint64_t last = 0;                        ///< of kCount
-  double low = 0, high = 0;                      ///< of kNumber
+  std::vector<std::string> choices = {};  ///< of kChoice; of numbers: words that they take too
+  std::uint64_t first = 0;                ///< of kCount
+  std::uint64_t last = 0;                 ///< of kCount
+  double low = 0, high = 0;               ///< of kNumber
   bool required = false;
   bool output = false;      ///< of kPath: what the job makes
   int position = -1;        ///< 0, 1, ...: the program takes it without its name, in this order
