@@ -135,7 +135,8 @@ std::string Refiner::digest_under(const Variant& variant, std::uint64_t budget_b
   const TemporaryDirectory directory(bytes < kSmallBytes ? Medium::kMemory : Medium::kDisk);
   const std::filesystem::path path = directory.path() / "scratch.plait";
   refine(variant, budget_bytes, path).close();
-  Store reopened = Store::open(path, {false, budget_bytes}, default_backends());
+  Store reopened =
+      Store::open(path, {.writable = false, .budget_bytes = budget_bytes}, default_backends());
   return digest(reopened, digest_options).to_string();
 }
 

@@ -41,7 +41,9 @@ constexpr std::uint64_t kAppendedAt[] = {kVersions / 4, kVersions / 2};
 std::byte value_of(std::uint64_t version) { return static_cast<std::byte>(version % 251 + 1); }
 
 Store open(const fs::path& path, bool writable = false) {
-  return Store::open(path, {writable, kReadersBudgetBytes, 0}, default_backends());
+  return Store::open(path,
+                     {.writable = writable, .budget_bytes = kReadersBudgetBytes, .io_threads = 0},
+                     default_backends());
 }
 
 /// Every record of the store becomes the number of the version that is about to be committed.

@@ -142,7 +142,8 @@ void commit_until_killed(const fs::path& path, std::chrono::microseconds lifetim
     try {
       std::optional<NoWaiting> no_waiting;
       if (!waits) no_waiting.emplace();
-      Store store = Store::open(path, {true, 128 << 10}, default_backends());
+      Store store =
+          Store::open(path, {.writable = true, .budget_bytes = 128 << 10}, default_backends());
       make_version(store);
       if (::write(pipe[1], "", 1) != 1) ::_exit(2);
       while (true) make_version(store);
@@ -190,7 +191,8 @@ TEST_CASE("SmallCommits_Thousands_TakeABoundedDiskAndKeepTheirBytes") {
     const TemporaryDirectory here;
     const fs::path path = here.path() / "s.plait";
     make_store(path, backend);
-    std::optional<Store> store = Store::open(path, {true, 128 << 10}, default_backends());
+    std::optional<Store> store =
+        Store::open(path, {.writable = true, .budget_bytes = 128 << 10}, default_backends());
     double most = 0;
     for (std::uint64_t commit = 1; commit <= commits(); ++commit) {
       make_version(*store);
@@ -198,7 +200,7 @@ TEST_CASE("SmallCommits_Thousands_TakeABoundedDiskAndKeepTheirBytes") {
       if (commit % 50 != 0) continue;
       CHECK(holds_its_version(*store));
       store.reset();
-      store = Store::open(path, {true, 128 << 10}, default_backends());
+      store = Store::open(path, {.writable = true, .budget_bytes = 128 << 10}, default_backends());
       CHECK(holds_its_version(*store));
     }
     CHECK(verify(*store).damaged_count == 0);
@@ -226,7 +228,8 @@ TEST_CASE("SmallCommits_KilledAtAnyInstant_LoseNothingAndLeaveNothing") {
         version = reader.sequence();
       }
       const NoWaiting no_waiting;
-      Store writer = Store::open(path, {true, 128 << 10}, default_backends());
+      Store writer =
+          Store::open(path, {.writable = true, .budget_bytes = 128 << 10}, default_backends());
       CHECK(writer.sequence() == version);
       CHECK(holds_its_version(writer));
       CHECK(disk_of_level(path, level_of(writer).geometry) <= kMostDisk);

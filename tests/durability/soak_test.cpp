@@ -31,7 +31,8 @@ std::uint64_t versions_to_write() { return std::getenv("PLAIT_LONG") ? 7500 : 10
 
 std::optional<Store> try_open(const std::filesystem::path& path, bool writable) {
   try {
-    return Store::open(path, {writable, kSoakBudgetBytes}, default_backends());
+    return Store::open(path, {.writable = writable, .budget_bytes = kSoakBudgetBytes},
+                       default_backends());
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kBusy) throw;
     return {};

@@ -99,7 +99,8 @@ void run_workload(const std::filesystem::path& path, const std::string& backend,
       commit(store, observer);
     }
   }
-  Store store = Store::open(path, {true, kBudgetBytes}, default_backends());
+  Store store =
+      Store::open(path, {.writable = true, .budget_bytes = kBudgetBytes}, default_backends());
   for (const auto step : second_steps()) {
     step(store);
     commit(store, observer);
@@ -128,7 +129,8 @@ std::uint64_t version_found(const std::filesystem::path& path,
   std::uint64_t version = 0;
   for (const bool writable : {false, true}) {
     try {
-      Store store = Store::open(path, {writable, kBudgetBytes}, default_backends());
+      Store store = Store::open(path, {.writable = writable, .budget_bytes = kBudgetBytes},
+                                default_backends());
       if (writable) REQUIRE(store.sequence() == version);
       version = store.sequence();
       REQUIRE(version < versions.size());

@@ -60,7 +60,8 @@ inline Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Var
     return outcome;
   }
   store.close();
-  Store reopened = Store::open(path, {false, variant.budget_bytes}, default_backends());
+  Store reopened = Store::open(path, {.writable = false, .budget_bytes = variant.budget_bytes},
+                               default_backends());
   outcome.digest = digest(reopened, {-1, variant.threads, {}}).to_string();
   return outcome;
 }

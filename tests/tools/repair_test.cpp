@@ -46,7 +46,10 @@ struct RepairWorkplace {
     CHECK(outcome.status == 0);
     return outcome.last_line();
   }
-  Store open() const { return Store::open(path("s.plait"), {true, 8 << 20}, default_backends()); }
+  Store open() const {
+    return Store::open(path("s.plait"), {.writable = true, .budget_bytes = 8 << 20},
+                       default_backends());
+  }
   void flip(const std::string& file, std::streamoff offset) const {
     std::fstream stream(path("s.plait") / file, std::ios::in | std::ios::out | std::ios::binary);
     stream.seekg(offset);

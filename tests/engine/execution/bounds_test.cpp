@@ -80,7 +80,7 @@ struct Place {
       write_positions<float>(store, 0, seed, 0.25);
   }
   Store open(bool writable = false) const {
-    return Store::open(path, {writable, 4 << 20}, default_backends());
+    return Store::open(path, {.writable = writable, .budget_bytes = 4 << 20}, default_backends());
   }
   fs::path file() const { return path / "attribute0.bounds"; }
 

@@ -112,7 +112,9 @@ TEST_CASE("Digest_OtherBackendBlockSizeOrBudget_IsTheSame") {
       filled(directory.path() / "s", backend, base, 0, block_bytes).commit();
       for (const std::uint64_t budget : {1u << 20, 16u << 20})
         for (const int threads : {1, 2}) {
-          Store store = Store::open(directory.path() / "s", {false, budget}, default_backends());
+          Store store =
+              Store::open(directory.path() / "s", {.writable = false, .budget_bytes = budget},
+                          default_backends());
           CHECK(digest(store, {-1, threads, {}}) == expected);
         }
     }

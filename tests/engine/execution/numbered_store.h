@@ -131,7 +131,8 @@ struct OnDisk {
     store.commit();
   }
   Store open(std::uint64_t budget_bytes = 64 << 20, bool writable = false) const {
-    return Store::open(path, {writable, budget_bytes}, default_backends());
+    return Store::open(path, {.writable = writable, .budget_bytes = budget_bytes},
+                       default_backends());
   }
   Expected expected;
   TemporaryDirectory directory{Medium::kMemory};

@@ -78,12 +78,14 @@ TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
           SumPass sums(base, reach);
           std::uint64_t needed = 0;
           {
-            Store store = Store::open(path, {true, 16 << 20}, default_backends());
+            Store store =
+                Store::open(path, {.writable = true, .budget_bytes = 16 << 20}, default_backends());
             needed = sweep_window_bytes(store, sums.pass, threads);
             CHECK(needed % 4096 == 0);
           }
           const std::uint64_t budget = std::max(needed, kSmallestBudget);
-          Store store = Store::open(path, {true, 16 << 20}, default_backends());
+          Store store =
+              Store::open(path, {.writable = true, .budget_bytes = 16 << 20}, default_backends());
           leave_for_frames(store, budget);
           sweep(store, sums.pass, {threads, {}});
           CHECK(sums.right);
@@ -109,11 +111,13 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
       SumPass sums(base, Reach::kFaces);
       std::uint64_t needed = 0;
       {
-        Store store = Store::open(path, {true, 16 << 20}, default_backends());
+        Store store =
+            Store::open(path, {.writable = true, .budget_bytes = 16 << 20}, default_backends());
         needed = sweep_window_bytes(store, sums.pass, threads);
       }
       REQUIRE(needed > kSmallestBudget);
-      Store store = Store::open(path, {true, 16 << 20}, default_backends());
+      Store store =
+          Store::open(path, {.writable = true, .budget_bytes = 16 << 20}, default_backends());
       leave_for_frames(store, needed - 1);
       const Error error = error_of([&] { sweep(store, sums.pass, {threads, {}}); });
       CHECK(error.code() == ErrorCode::kBudget);

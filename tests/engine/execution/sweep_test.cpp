@@ -118,7 +118,8 @@ TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
       INFO(backend << ", threads " << threads);
       const SweptOnDisk place(backend, sheet(18, 20), 3);
       {
-        Store store = Store::open(place.path, {true, 1 << 20}, default_backends());
+        Store store = Store::open(place.path, {.writable = true, .budget_bytes = 1 << 20},
+                                  default_backends());
         SweepPass pass;
         pass.accesses = {{0, 2, 3, Access::kOverwrite, Reach::kOwn}};
         pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
@@ -134,7 +135,8 @@ TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
         sweep(store, pass, {threads, {}});
         store.commit();
       }
-      Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
+      Store store =
+          Store::open(place.path, {.writable = false, .budget_bytes = 1 << 20}, default_backends());
       CHECK(read_level(store, 0, 1) == sample_level(store, sample_schemas()[0], 1));
       for (const int level : {2, 3}) {
         const std::vector<std::byte> bytes = read_level(store, 0, level);
@@ -157,7 +159,8 @@ TEST_CASE("Sweep_UpdateAccess_ReadsAndWritesEverySlotOnce") {
   for (const std::string& backend : durable_backends()) {
     const SweptOnDisk place(backend, sheet(18, 20), 3);
     {
-      Store store = Store::open(place.path, {true, 64 << 10}, default_backends());
+      Store store =
+          Store::open(place.path, {.writable = true, .budget_bytes = 64 << 10}, default_backends());
       SweepPass pass;
       pass.accesses = {{0, 1, 3, Access::kUpdate, Reach::kOwn}};
       pass.kernel = [](const SweepView& view, EdgeId edge, int) {
@@ -181,7 +184,7 @@ TEST_CASE("Sweep_WriteOnlyLevels_AreNeverRead") {
     const SweptOnDisk place(backend, torus_grid(20, 30), 3);
     BackendCounts counts;
     const BackendRegistry counting = counting_registry(default_backends(), counts);
-    Store store = Store::open(place.path, {true, 64 << 10}, counting);
+    Store store = Store::open(place.path, {.writable = true, .budget_bytes = 64 << 10}, counting);
     SweepPass pass;
     pass.accesses = {{0, 1, 3, Access::kOverwrite, Reach::kOwn}};
     pass.kernel = [](const SweepView& view, EdgeId edge, int) {
@@ -203,7 +206,8 @@ TEST_CASE("Sweep_WriteOnlyLevels_AreNeverRead") {
 TEST_CASE("Sweep_AmpleBudget_ReadsEveryBlockOnce") {
   for (const std::string& backend : durable_backends()) {
     const SweptOnDisk place(backend, torus_grid(20, 30), 3);
-    Store store = Store::open(place.path, {false, 16 << 20}, default_backends());
+    Store store =
+        Store::open(place.path, {.writable = false, .budget_bytes = 16 << 20}, default_backends());
     SweepPass pass;
     pass.accesses = {{0, 2, 3, Access::kRead, Reach::kRing}};
     pass.kernel = [](const SweepView&, EdgeId, int) {};
@@ -280,7 +284,8 @@ TEST_CASE("Sweep_RecordTypeOfTheProgramsOwn_IsReadAndWritten") {
 
 TEST_CASE("Sweep_Cancelled_StopsBetweenBlocksAndLeavesTheStoreUsable") {
   const SweptOnDisk place("pread", torus_grid(20, 30), 3);
-  Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
+  Store store =
+      Store::open(place.path, {.writable = false, .budget_bytes = 1 << 20}, default_backends());
   std::uint64_t calls = 0, reported = 0;
   SweepPass pass;
   pass.name = "count";
@@ -305,7 +310,8 @@ TEST_CASE("Sweep_Cancelled_StopsBetweenBlocksAndLeavesTheStoreUsable") {
 TEST_CASE("Sweep_DamagedBlock_ThrowsCorruptionAndLeavesTheStoreUsable") {
   for (const std::string& backend : durable_backends()) {
     const SweptOnDisk place(backend, torus_grid(20, 30), 3);
-    Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
+    Store store =
+        Store::open(place.path, {.writable = false, .budget_bytes = 1 << 20}, default_backends());
     const LevelFile& file = StoreAccess::level_file(store, 0, 3);
     const std::uint64_t offset = file.table[20].offset + 5;
     overwrite_byte(file.path, offset, file_bytes(file.path)[offset] ^ std::byte{1});

@@ -30,7 +30,7 @@ class Sample {
   StoreCheck check() const { return check_store(path(), default_backends()); }
   bool opens() const {
     try {
-      Store::open(path(), {false, 1 << 20}, default_backends());
+      Store::open(path(), {.writable = false, .budget_bytes = 1 << 20}, default_backends());
       return true;
     } catch (const Error&) {
       return false;

@@ -66,7 +66,8 @@ TEST_CASE("CopyLevels_AnyBackendToAnyOther_KeepsEveryByte") {
           CHECK(to.statistics().peak_frame_bytes <= 1 << 20);
         }
         if (!is_durable(to_backend)) continue;
-        Store to = Store::open(directory.path() / "to", {false, 1 << 20}, default_backends());
+        Store to = Store::open(directory.path() / "to",
+                               {.writable = false, .budget_bytes = 1 << 20}, default_backends());
         CHECK(to.options().block_bytes == block_bytes);
         CHECK(digest(to) == expected);
         for (AttributeId id = 0; id < 7; ++id) {
@@ -86,7 +87,8 @@ TEST_CASE("CopyLevels_BetweenBlockSizes_ReadsAndWritesEveryBlockOnce") {
         add_sample(store, sample_schemas()[0], 4);
         store.commit();
       }
-      Store from = Store::open(directory.path() / "from", {false, 64 << 10}, default_backends());
+      Store from = Store::open(directory.path() / "from",
+                               {.writable = false, .budget_bytes = 64 << 10}, default_backends());
       StoreOptions options = sample_options("pread", to_bytes);
       options.budget_bytes = 64 << 10;
       Store to = create(directory, "to", from.base(), options);

@@ -132,7 +132,7 @@ class Victim {
 
   fs::path path() const { return directory_.path() / "s.plait"; }
   Store open(bool writable = false) const {
-    return Store::open(path(), {writable, 8 << 20}, default_backends());
+    return Store::open(path(), {.writable = writable, .budget_bytes = 8 << 20}, default_backends());
   }
   /// Flips a bit of the block's stored bytes.
   void damage(AttributeId attribute, int level, std::uint64_t block) const {
@@ -217,7 +217,8 @@ TEST_CASE("Repair_BlocksThatTheDiskDoesNotRead_AreRebuilt") {
   std::set<std::uint64_t> bad = {1, 6};
   const BackendRegistry backends = on_a_bad_disk(bad);
   {
-    Store store = Store::open(victim.path(), {false, 8 << 20}, backends);
+    Store store =
+        Store::open(victim.path(), {.writable = false, .budget_bytes = 8 << 20}, backends);
     const VerifyReport report = verify(store);
     REQUIRE(report.damaged_count == 2);
     CHECK(report.damaged[1].block == 6);

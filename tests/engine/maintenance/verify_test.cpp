@@ -29,7 +29,7 @@ std::filesystem::path make_store(const TemporaryDirectory& directory, const std:
 }
 
 Store open(const std::filesystem::path& path) {
-  return Store::open(path, {false, 1 << 20}, default_backends());
+  return Store::open(path, {.writable = false, .budget_bytes = 1 << 20}, default_backends());
 }
 
 void flip_in_file(const std::filesystem::path& file, std::uint64_t offset) {

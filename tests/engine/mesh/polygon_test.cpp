@@ -31,8 +31,8 @@ std::vector<std::size_t> in_order(std::size_t count, std::size_t first) {
   return order;
 }
 
-IndexedMesh read(const std::string& name, const std::string& bytes,
-                 std::vector<std::string>* warnings = nullptr) {
+IndexedMesh read_polygons(const std::string& name, const std::string& bytes,
+                          std::vector<std::string>* warnings = nullptr) {
   const MeshDirectory directory;
   return read_indexed_mesh(directory.file(name, bytes), warnings);
 }
@@ -67,13 +67,13 @@ TEST_CASE("ReadPolygon_NotConvex_IsFilledFromEveryFirstCorner") {
   for (std::size_t first = 0; first < kNotched.size(); ++first) {
     INFO(first);
     const auto order = in_order(kNotched.size(), first);
-    const IndexedMesh flat = read("a.obj", obj_of(kNotched, order));
+    const IndexedMesh flat = read_polygons("a.obj", obj_of(kNotched, order));
     CHECK(flat.faces.size() == 3);
     CHECK(area_on_side(flat, {0, 0, 1}) == Approx(14));
-    const IndexedMesh far = read("a.obj", obj_of(turned_up(kNotched), order));
+    const IndexedMesh far = read_polygons("a.obj", obj_of(turned_up(kNotched), order));
     CHECK(area_on_side(far, {-1, 0, 1}) == Approx(14 * std::sqrt(2.0)));
     const std::vector<std::size_t> back(order.rbegin(), order.rend());
-    CHECK(area_on_side(read("a.obj", obj_of(kNotched, back)), {0, 0, -1}) == Approx(14));
+    CHECK(area_on_side(read_polygons("a.obj", obj_of(kNotched, back)), {0, 0, -1}) == Approx(14));
   }
 }
 
@@ -87,7 +87,7 @@ TEST_CASE("ReadPolygon_Comb_IsFilled") {
   comb.push_back({101, -1, 0});
   comb.push_back({101, -2, 0});
   comb.push_back({0, -2, 0});
-  const IndexedMesh mesh = read("a.obj", obj_of(comb, in_order(comb.size(), 0)));
+  const IndexedMesh mesh = read_polygons("a.obj", obj_of(comb, in_order(comb.size(), 0)));
   double wanted = 0;
   for (std::size_t i = 0; i < comb.size(); ++i) {
     const auto &a = comb[i], &b = comb[(i + 1) % comb.size()];
@@ -100,14 +100,14 @@ TEST_CASE("ReadPolygon_Comb_IsFilled") {
 TEST_CASE("ReadPolygon_CornersOnALine_GiveNoTriangleWithoutArea") {
   const Corners square = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 2, 0}, {1, 2, 0}, {0, 2, 0}};
   for (std::size_t first = 0; first < square.size(); ++first)
-    CHECK(area_on_side(read("a.obj", obj_of(square, in_order(square.size(), first))), {0, 0, 1}) ==
-          Approx(4));
+    CHECK(area_on_side(read_polygons("a.obj", obj_of(square, in_order(square.size(), first))),
+                       {0, 0, 1}) == Approx(4));
 }
 
 TEST_CASE("ReadPolygon_HoleOnABridge_IsLeftOpen") {
   const Corners corners = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0},
                            {1, 1, 0}, {1, 3, 0}, {3, 3, 0}, {3, 1, 0}};
-  const IndexedMesh mesh = read("a.obj", obj_of(corners, {0, 1, 2, 3, 0, 4, 5, 6, 7, 4}));
+  const IndexedMesh mesh = read_polygons("a.obj", obj_of(corners, {0, 1, 2, 3, 0, 4, 5, 6, 7, 4}));
   CHECK(mesh.faces.size() == 8);
   CHECK(area_on_side(mesh, {0, 0, 1}) == Approx(12));
   CHECK(BaseMesh::build(mesh).border_edge_count() == 8);
@@ -115,7 +115,7 @@ TEST_CASE("ReadPolygon_HoleOnABridge_IsLeftOpen") {
 
 TEST_CASE("ReadPolygon_Convex_StaysAFan") {
   std::vector<std::string> warnings;
-  const IndexedMesh mesh = read(
+  const IndexedMesh mesh = read_polygons(
       "a.obj", obj_of({{0, 0, 0}, {2, 0, 0}, {3, 2, 0.1}, {1, 3, 0}, {-1, 1, 0}}, {0, 1, 2, 3, 4}),
       &warnings);
   CHECK(mesh.faces == shapes::Faces{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}});
@@ -126,7 +126,7 @@ TEST_CASE("ReadPolygon_Convex_StaysAFan") {
 
 TEST_CASE("ReadPolygon_Divided_SaysHowMany") {
   std::vector<std::string> warnings;
-  read("a.obj", obj_of(kNotched, in_order(5, 2)) + "f 1 2 3 4\n", &warnings);
+  read_polygons("a.obj", obj_of(kNotched, in_order(5, 2)) + "f 1 2 3 4\n", &warnings);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("2 faces") && Contains("1 of them, which are not convex"));
 }
@@ -135,12 +135,13 @@ TEST_CASE("ReadPolygon_SidesThatCross_AreRefusedWithTheFace") {
   const Corners bow = {{0, 0, 0}, {2, 2, 0}, {2, 0, 0}, {0, 2, 0}, {9, 9, 9}};
   const std::string first = "f 1 2 5\n";
   CHECK_THAT(refusal([&] {
-               read("a.obj", obj_of(bow, {0, 1, 2, 3}) + first);
+               read_polygons("a.obj", obj_of(bow, {0, 1, 2, 3}) + first);
              }),
              Contains("face 1: expected a polygon that triangles can fill") &&
                  Contains("4 corners whose sides cross"));
   CHECK_THAT(refusal([&] {
-               read("a.off", "OFF\n4 2 0\n0 0 0\n2 2 0\n2 0 0\n0 3 0\n3 0 1 2\n4 0 1 2 3\n");
+               read_polygons("a.off",
+                             "OFF\n4 2 0\n0 0 0\n2 2 0\n2 0 0\n0 3 0\n3 0 1 2\n4 0 1 2 3\n");
              }),
              Contains("face 1: expected a polygon") && Contains("whose sides 0 and 2 cross"));
   // A pentagram goes around twice.
@@ -148,12 +149,13 @@ TEST_CASE("ReadPolygon_SidesThatCross_AreRefusedWithTheFace") {
   for (int i = 0; i < 5; ++i)
     star.push_back(
         {std::cos(4 * i * 3.14159265358979 / 5), std::sin(4 * i * 3.14159265358979 / 5), 0});
-  CHECK_THAT(refusal([&] { read("a.obj", obj_of(star, in_order(5, 0))); }), Contains("cross"));
+  CHECK_THAT(refusal([&] { read_polygons("a.obj", obj_of(star, in_order(5, 0))); }),
+             Contains("cross"));
 }
 
 TEST_CASE("ReadPolygon_CornerTwiceInARow_IsLeftToTheMesh") {
   const std::string bytes = obj_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2, 2});
-  CHECK(read("a.obj", bytes).faces == shapes::Faces{{0, 1, 2}, {0, 2, 2}});
+  CHECK(read_polygons("a.obj", bytes).faces == shapes::Faces{{0, 1, 2}, {0, 2, 2}});
   const MeshDirectory directory;
   CHECK_THAT(refusal([&] { read_base_mesh(directory.file("a.obj", bytes)); }),
              Contains("face 0: expected three different vertices"));
@@ -163,7 +165,7 @@ TEST_CASE("ReadPolygon_TwoCornersAtOnePlace_HasOneTriangleWithoutArea") {
   // A quadrilateral at the pole of a sphere of longitudes and latitudes.
   const Corners pole = {{0, 0, 1}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
   for (std::size_t first = 0; first < pole.size(); ++first) {
-    const IndexedMesh mesh = read("a.obj", obj_of(pole, in_order(pole.size(), first)));
+    const IndexedMesh mesh = read_polygons("a.obj", obj_of(pole, in_order(pole.size(), first)));
     REQUIRE(mesh.faces.size() == 2);
     const Vector3<double> sum = area_vector(mesh, mesh.faces[0]) + area_vector(mesh, mesh.faces[1]);
     CHECK(std::sqrt(dot(sum, sum)) == Approx(std::sqrt(3.0) / 2));

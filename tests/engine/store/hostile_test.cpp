@@ -57,7 +57,8 @@ class Victim {
   /// Opens, reads and verifies everything.
   Outcome examine() const {
     try {
-      Store store = Store::open(path(), {false, 1 << 20}, default_backends());
+      Store store =
+          Store::open(path(), {.writable = false, .budget_bytes = 1 << 20}, default_backends());
       const bool found_by_verify = verify(store).damaged_count > 0;
       bool found_by_reading = false, right = true;
       try {

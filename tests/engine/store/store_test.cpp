@@ -39,7 +39,8 @@ struct Place {
     return Store::create(path, BaseMesh::build(mesh), sample_options(backend), default_backends());
   }
   Store open(bool writable = false) const {
-    return Store::open(path, {writable, 1 << 20, 0}, default_backends());
+    return Store::open(path, {.writable = writable, .budget_bytes = 1 << 20, .io_threads = 0},
+                       default_backends());
   }
   /// A committed store with attribute "position" of one level.
   void make(const std::string& backend = "pread") const {
