@@ -18,7 +18,7 @@ def python_name(option):
 
 
 # A row of --help. A later CLI11 writes "N [3]" for "N=3".
-OPTION = re.compile(r"  (--[a-z-]+|[A-Z]+)(?: [^ =]+)??(?:=(\S+)| \[(.*?)\])?(?: \.\.\.)?"
+OPTION = re.compile(r"  (--[a-z-]+|[A-Z]+)(?: [^ =]+)??(?:=(\S+)| \[([^A-Z]*?)\])?(?: \.\.\.)?"
                     r"(?: REQUIRED)?(?:  |$)")
 FUNCTIONS = {"import": "import_mesh"}  # where the name of the job is a word of Python
 
