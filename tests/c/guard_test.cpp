@@ -130,7 +130,7 @@ TEST_CASE("BuildInfo_NamesEachBackendCodecAndFilter") {
 // a new member is added at the end, and this number becomes the smallest size that is accepted.
 static_assert(sizeof(plait_store_options) == 136);
 static_assert(sizeof(plait_open_options) == 72);
-static_assert(sizeof(plait_store_info) == 160);
+static_assert(sizeof(plait_store_info) == 168);
 static_assert(sizeof(plait_attribute_info) == 40);
 static_assert(sizeof(plait_paging_statistics) == 96);
 static_assert(sizeof(plait_subdivide_options) == 64);

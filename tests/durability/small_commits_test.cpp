@@ -245,7 +245,7 @@ TEST_CASE("SmallCommits_WithoutDurability_KeepTheLastCommit") {
     const TemporaryDirectory here;
     const fs::path path = here.path() / "s.plait";
     make_store(path, backend);
-    OpenOptions options{true, 128 << 10};
+    OpenOptions options{.writable = true, .budget_bytes = 128 << 10};
     options.durability = Durability::kNone;
     Store store = Store::open(path, options, default_backends());
     for (int commit = 0; commit < 20; ++commit) make_version(store);

@@ -26,7 +26,7 @@ completes() {
 completes bounds plait bo
 completes "digest" plait dig
 completes --attribute plait bounds --at
-completes "float32 float64" plait subdivide --precision ""
+completes "auto float32 float64" plait subdivide --precision ""
 completes molecule plait generate mol
 completes "" plait bounds su
 
