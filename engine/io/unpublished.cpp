@@ -67,7 +67,10 @@ OutputName::OutputName(const std::filesystem::path& given) : path(given.lexicall
 
 Directory make_locked_directory(const std::function<std::filesystem::path()>& next,
                                 bool exclusive) {
-  while (true) {
+  // Other processes interfere a few times at most. Where a directory cannot be made, as in /proc,
+  // the error is the same as that of a race.
+  constexpr int kMostAttempts = 100;
+  for (int attempt = 1;; ++attempt) {
     const std::filesystem::path path = next();
     const std::filesystem::path above = path.has_parent_path() ? path.parent_path() : ".";
     Directory made;
@@ -75,13 +78,18 @@ Directory make_locked_directory(const std::function<std::filesystem::path()>& ne
       made = Directory::make(path);
     } catch (const Error& error) {
       std::error_code ignored;
-      if (error.code() != ErrorCode::kNotFound || !std::filesystem::is_directory(above, ignored))
+      if (error.code() != ErrorCode::kNotFound || attempt == kMostAttempts ||
+          !std::filesystem::is_directory(above, ignored))
         throw;
       continue;  // another process removed it before it was open
     }
     if (try_lock(made, exclusive) != LockResult::kConflict &&
         Directory(above).contains(path.filename(), made.descriptor()))
       return made;
+    if (attempt == kMostAttempts)
+      throw Error(ErrorCode::kBusy,
+                  fmt::format("create {}: other processes make and remove it", path.native()))
+          .about(path);
   }
 }
 

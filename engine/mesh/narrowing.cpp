@@ -11,11 +11,13 @@
 #include "mesh/position_table.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+[[gnu::noipa]] double as_float32(double number) { return double{static_cast<float>(number)}; }
+
 namespace {
 
-Vector3<double> as_float32(const Vector3<double>& p) {
-  const auto narrow = [](double number) { return double{static_cast<float>(number)}; };
-  return {narrow(p.x), narrow(p.y), narrow(p.z)};
+Vector3<double> as_floats(const Vector3<double>& p) {
+  return {as_float32(p.x), as_float32(p.y), as_float32(p.z)};
 }
 
 bool has_finite_numbers(const Vector3<double>& p) {
@@ -32,7 +34,7 @@ bool fit_all(std::span<const Vector3<double>> positions) {
   for_parts(positions.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t vertex = first; vertex < last && fit; ++vertex)
       if (has_finite_numbers(positions[vertex]) &&
-          !(as_float32(positions[vertex]) == positions[vertex]))
+          !(as_floats(positions[vertex]) == positions[vertex]))
         fit = false;
   });
   return fit;
@@ -77,7 +79,7 @@ Narrowing narrowing_of(std::span<const Vector3<double>> positions,
   std::vector<Vector3<double>> narrow(positions.size());
   PositionTable vertices(narrow);
   for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
-    narrow[vertex] = as_float32(positions[vertex]);
+    narrow[vertex] = as_floats(positions[vertex]);
     if (!has_finite_numbers(positions[vertex])) continue;
     if (!has_finite_numbers(narrow[vertex])) {
       ++result.outside;

@@ -16,6 +16,11 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+/// The number that float32 keeps of `number`. A function of its own, because GCC 12 drops the way
+/// to float and back where it computes two numbers at once (-ftree-slp-vectorize). Pinned by
+/// tests/engine/mesh/narrowing_test.cpp in the release build.
+double as_float32(double number);
+
 struct Narrowing {
   /// A vertex may move by this part of the shortest edge there.
   static constexpr double kMostOfEdge = 1e-3;

@@ -30,7 +30,7 @@ constexpr std::uint64_t kFreelyReadBytes = 256u << 20;
 /// may make holes of records of zeros.
 constexpr std::uint64_t kMostBytesForOneOnDisk = 64;
 /// The most bytes of holes whose checksum is computed to learn that.
-constexpr std::uint64_t kMostBytesForChecksum = std::uint64_t{64} << 30;
+constexpr std::uint64_t kMostBytesForChecksum = std::uint64_t{4} << 30;
 
 Error refusal(const std::filesystem::path& path, const std::string& reason) {
   return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", path.native(), reason))

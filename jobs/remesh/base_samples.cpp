@@ -11,6 +11,7 @@
 
 #include "base/stopwatch.h"
 #include "collapse/decimate.h"
+#include "mesh/narrowing.h"
 #include "plait/error.h"
 #include "plait/layout.h"
 #include "sample/area_spread.h"
@@ -192,8 +193,7 @@ void BaseSampler::mark_turned() {
 /// With the numbers that the store has: of float32, unless it gets float64.
 void BaseSampler::set_positions() {
   const auto stored = [&](double number) {
-    return report_.precision == ComponentType::kFloat64 ? number
-                                                        : double{static_cast<float>(number)};
+    return report_.precision == ComponentType::kFloat64 ? number : as_float32(number);
   };
   result_.surface.positions.reserve(result_.samples.size());
   for (const SurfacePoint& sample : result_.samples) {

@@ -19,6 +19,7 @@
 #include "mesh/files/ply_attributes.h"
 #include "mesh/files/ply_values.h"
 #include "mesh/files/readers.h"
+#include "mesh/narrowing.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -198,9 +199,7 @@ std::optional<ComponentType> PlyReader::precision() const {
       return std::ranges::find(types, vertices_->properties[property].type) != types.end();
     });
   };
-  const auto fits = [](double number) {
-    return static_cast<double>(static_cast<float>(number)) == number;
-  };
+  const auto fits = [](double number) { return as_float32(number) == number; };
   if (has({PlyType::kFloat64})) return ComponentType::kFloat64;
   // Text may have more digits than the type that the header names.
   if (has({PlyType::kFloat32}) && header_.format == PlyFormat::kAscii) return std::nullopt;

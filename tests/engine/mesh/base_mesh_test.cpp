@@ -148,7 +148,9 @@ TEST_CASE("BaseMeshBuild_BadElement_IsRefusedByName") {
   }
   SECTION("vertex twice") {
     mesh.faces[3] = {1, 3, 1};
-    CHECK(refusal_of(mesh) == "shape.ply: face 3: expected three different vertices, found 1 3 1");
+    CHECK(refusal_of(mesh) ==
+          "shape.ply: face 3: expected three different vertices, found 1 3 1; plait check counts "
+          "such places, and plait remesh repairs them");
   }
   SECTION("face twice") {
     CHECK_THAT(refusal_of(with_any_positions(3, {{0, 1, 2}, {1, 2, 0}})),
@@ -158,7 +160,8 @@ TEST_CASE("BaseMeshBuild_BadElement_IsRefusedByName") {
 
 TEST_CASE("BaseMeshBuild_NonManifoldEdge_IsRefusedWithItsFaces") {
   CHECK(refusal_of(with_any_positions(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}})) ==
-        "shape.ply: edge 0-1: expected at most two faces, found 3: faces 0, 1, 2");
+        "shape.ply: edge 0-1: expected at most two faces, found 3: faces 0, 1, 2; plait check "
+        "counts such places, and plait remesh repairs them");
   // A thousand faces at one edge: the message must stay short.
   shapes::Faces sheets;
   for (VertexId v = 2; v < 1002; ++v) sheets.push_back({0, 1, v});
@@ -170,7 +173,7 @@ TEST_CASE("BaseMeshBuild_NonManifoldVertex_IsRefused") {
   SECTION("two borders meet") {
     CHECK(refusal_of(with_any_positions(5, {{2, 0, 1}, {2, 3, 4}})) ==
           "shape.ply: vertex 2: expected its 2 faces to form one fan, found only 1 in the fan of "
-          "face 0");
+          "face 0; plait check counts such places, and plait remesh repairs them");
   }
   SECTION("two closed surfaces touch") {
     IndexedMesh mesh = shapes::tetrahedron();

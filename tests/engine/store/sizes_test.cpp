@@ -166,9 +166,10 @@ TEST_CASE("SizesOfBaseMeshAndRecords_ThatContradict_AreRefusedBeforeTheMeshIsMad
   // Sparse records agree.
   std::filesystem::resize_file(store.file("attribute0.base.1"), 36'000'000);
   forge_description(store.path(), [](VersionDescription& version) {
+    version.attributes[0].schema.type = ComponentType::kFloat64;
     version.attributes[0].schema.components = 255;
   });
-  std::filesystem::resize_file(store.file("attribute0.base.1"), 3'000'000 * 255ull * 4);
+  std::filesystem::resize_file(store.file("attribute0.base.1"), 3'000'000 * 255ull * 8);
   store.is_refused("attribute0.base.1", "are a hole");
   store.is_found("attribute0.base.1", "are a hole");
 }
