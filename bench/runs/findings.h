@@ -14,8 +14,8 @@
 
 namespace plait::bench {
 
-/// Fewer rounds in common than this decide nothing. As many show differences of half and more, by
-/// the noise that all comparisons of the disk have in common.
+/// Fewer rounds in common decide nothing. Exactly this number of rounds shows only differences of
+/// half and more, by the noise that all comparisons of the disk have in common.
 constexpr std::size_t kLeastRounds = 2;
 /// Times that differ by less are equal for all uses.
 constexpr double kEqualWithin = 1.05;
