@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <initializer_list>
+#include <utility>
 
 #include "plait/error.h"
 
@@ -19,31 +20,33 @@ sigset_t all_but_faults() noexcept {
   return signals;
 }
 
-/// A new thread has the mask of the thread that starts it.
-class SignalsBlocked {
- public:
-  SignalsBlocked() noexcept {
-    const sigset_t signals = all_but_faults();
-    ::pthread_sigmask(SIG_BLOCK, &signals, &before_);
-  }
-  ~SignalsBlocked() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  SignalsBlocked(const SignalsBlocked&) = delete;
-  SignalsBlocked& operator=(const SignalsBlocked&) = delete;
-
- private:
-  sigset_t before_{};
-};
+thread_local SignalsHeld* held_here = nullptr;
 
 }  // namespace
 
-void block_signals() noexcept {
+SignalsHeld::SignalsHeld() noexcept : outer_(std::exchange(held_here, this)) {
   const sigset_t signals = all_but_faults();
-  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  ::pthread_sigmask(SIG_BLOCK, &signals, &before_);
+}
+
+SignalsHeld::~SignalsHeld() {
+  ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  held_here = outer_;
+}
+
+SignalsTaken::SignalsTaken() noexcept : held_(std::exchange(held_here, nullptr)) {
+  if (held_ != nullptr) ::pthread_sigmask(SIG_SETMASK, &held_->before_, &blocked_);
+}
+
+SignalsTaken::~SignalsTaken() {
+  if (held_ == nullptr) return;
+  ::pthread_sigmask(SIG_SETMASK, &blocked_, nullptr);
+  held_here = held_;
 }
 
 std::thread start_thread(std::string_view what, std::function<void()> work) {
   try {
-    const SignalsBlocked blocked;
+    const SignalsHeld held;
     return std::thread(std::move(work));
   } catch (const std::system_error& failure) {
     refuse_thread(what, failure.code().message());

@@ -3,8 +3,11 @@
 // threads of the program.
 #pragma once
 
-#include <tbb/task_scheduler_observer.h>
+#include <signal.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
+#include <cstddef>
 #include <functional>
 #include <stdexcept>
 #include <string_view>
@@ -18,8 +21,34 @@
 PLAIT_BEGIN_NAMESPACE
 
 /// Blocks, in the calling thread, all signals but those that the kernel sends for a fault of the
-/// thread itself.
-void block_signals() noexcept;
+/// thread itself, and restores its mask at the end. A new thread has the mask of the thread that
+/// starts it.
+class SignalsHeld {
+ public:
+  SignalsHeld() noexcept;
+  ~SignalsHeld();
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+
+ private:
+  friend class SignalsTaken;
+  sigset_t before_{};
+  SignalsHeld* outer_ = nullptr;  ///< of the same thread
+};
+
+/// Inside a SignalsHeld of the calling thread: restores the mask from before it, and blocks again
+/// at the end. In other threads it does nothing.
+class SignalsTaken {
+ public:
+  SignalsTaken() noexcept;
+  ~SignalsTaken();
+  SignalsTaken(const SignalsTaken&) = delete;
+  SignalsTaken& operator=(const SignalsTaken&) = delete;
+
+ private:
+  SignalsHeld* held_ = nullptr;
+  sigset_t blocked_{};
+};
 
 /// Starts a thread that calls `work`. `what` names the thread in the message ("I/O thread 2 of 4").
 /// Errors: kOutOfMemory if the system allows no further thread.
@@ -48,26 +77,15 @@ class JoinedThreads {
   std::vector<std::thread> threads_;
 };
 
-/// While this object exists, threads of TBB that work on loops of the calling thread's arena block
-/// signals. They do so from then on.
-class QuietWorkers final : public tbb::task_scheduler_observer {
- public:
-  QuietWorkers() { observe(true); }
-  ~QuietWorkers() override { observe(false); }
-  QuietWorkers(const QuietWorkers&) = delete;
-  QuietWorkers& operator=(const QuietWorkers&) = delete;
-
-  void on_scheduler_entry(bool is_worker) override {
-    if (is_worker) block_signals();
-  }
-};
-
 /// Runs a loop of TBB, and returns what it returns. Every loop of the library runs in this call.
+/// The calling thread blocks signals meanwhile, because a thread that TBB starts has the mask of
+/// the thread that starts it. Signals that are for the calling thread wait for its next body of
+/// each_on_workers() or ranges_on_workers(), or for the end of the loop.
 /// Errors: those of the loop; kOutOfMemory if TBB cannot start a thread.
 template <class Loop>
 auto on_workers(Loop loop) {
   try {
-    const QuietWorkers quiet;
+    const SignalsHeld held;
     return loop();
   } catch (const std::system_error& failure) {
     refuse_thread("a thread of TBB", failure.what());
@@ -75,6 +93,31 @@ auto on_workers(Loop loop) {
     if (std::string_view(failure.what()).find("pthread_create") == std::string_view::npos) throw;
     refuse_thread("a thread of TBB", failure.what());
   }
+}
+
+/// Calls body(i) for all i from `first` to before `last`, on the threads of the calling thread's
+/// arena. Errors: as on_workers().
+template <class Index, class Body>
+void each_on_workers(Index first, Index last, const Body& body) {
+  on_workers([&] {
+    tbb::parallel_for(first, last, [&](Index i) {
+      const SignalsTaken taken;
+      body(i);
+    });
+  });
+}
+
+/// Calls body(first, last) for ranges that cover [0, count). A range of `grain` elements or fewer
+/// is not divided further. Errors: as on_workers().
+template <class Body>
+void ranges_on_workers(std::size_t count, std::size_t grain, const Body& body) {
+  using Range = tbb::blocked_range<std::size_t>;
+  on_workers([&] {
+    tbb::parallel_for(Range(0, count, grain), [&](const Range& range) {
+      const SignalsTaken taken;
+      body(range.begin(), range.end());
+    });
+  });
 }
 
 PLAIT_END_NAMESPACE

@@ -1,5 +1,3 @@
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
@@ -47,13 +45,9 @@ template <class KeyOf>
 std::vector<FaceId> sorted_by(std::size_t face_count, KeyOf key_of) {
   using Key = decltype(key_of(FaceId{}));
   std::vector<std::pair<Key, FaceId>> keyed_faces(face_count);
-  on_workers([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, face_count, 1 << 14),
-        [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t face = range.begin(); face < range.end(); ++face)
-            keyed_faces[face] = {key_of(static_cast<FaceId>(face)), static_cast<FaceId>(face)};
-        });
+  ranges_on_workers(face_count, 1 << 14, [&](std::size_t first, std::size_t last) {
+    for (std::size_t face = first; face < last; ++face)
+      keyed_faces[face] = {key_of(static_cast<FaceId>(face)), static_cast<FaceId>(face)};
   });
   on_workers([&] { tbb::parallel_sort(keyed_faces.begin(), keyed_faces.end()); });
   std::vector<FaceId> order(keyed_faces.size());

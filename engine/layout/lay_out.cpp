@@ -1,4 +1,3 @@
-#include <tbb/parallel_for.h>
 
 #include <array>
 #include <cstddef>
@@ -30,10 +29,8 @@ Candidate try_layout(const BaseMesh& mesh, LayoutKind kind) {
 Candidate best_layout(const BaseMesh& mesh) {
   std::array<Candidate, 3> candidates;
   constexpr std::array kKinds{LayoutKind::kSpatial, LayoutKind::kHilbert, LayoutKind::kRcm};
-  on_workers([&] {
-    tbb::parallel_for(std::size_t{0}, kKinds.size(),
-                      [&](std::size_t i) { candidates[i] = try_layout(mesh, kKinds[i]); });
-  });
+  each_on_workers(std::size_t{0}, kKinds.size(),
+                  [&](std::size_t i) { candidates[i] = try_layout(mesh, kKinds[i]); });
   std::size_t best = 0;
   for (std::size_t i = 1; i < candidates.size(); ++i)
     if (candidates[i].span < candidates[best].span) best = i;

@@ -1,8 +1,5 @@
 #include "layout/reverse_cuthill_mckee.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -21,19 +18,15 @@ using Neighbours = std::vector<std::array<FaceId, 3>>;
 
 Neighbours find_neighbours(const Topology& topology) {
   Neighbours neighbours(topology.faces.size());
-  on_workers([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, neighbours.size(), 1 << 14),
-                      [&](const tbb::blocked_range<std::size_t>& range) {
-                        for (std::size_t face = range.begin(); face < range.end(); ++face) {
-                          std::size_t degree = 0;
-                          neighbours[face].fill(kNoId);
-                          for (int side = 0; side < 3; ++side) {
-                            const FaceSide beyond =
-                                topology.across(FaceSide(static_cast<FaceId>(face), side));
-                            if (beyond.exists()) neighbours[face][degree++] = beyond.face();
-                          }
-                        }
-                      });
+  ranges_on_workers(neighbours.size(), 1 << 14, [&](std::size_t first, std::size_t last) {
+    for (std::size_t face = first; face < last; ++face) {
+      std::size_t degree = 0;
+      neighbours[face].fill(kNoId);
+      for (int side = 0; side < 3; ++side) {
+        const FaceSide beyond = topology.across(FaceSide(static_cast<FaceId>(face), side));
+        if (beyond.exists()) neighbours[face][degree++] = beyond.face();
+      }
+    }
   });
   return neighbours;
 }

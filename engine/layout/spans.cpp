@@ -1,7 +1,6 @@
 #include "layout/spans.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -101,18 +100,16 @@ std::uint64_t measure_loop_span(const BaseMesh& mesh, std::span<const EdgeId> nu
       highest = std::max(highest, number[edge]);
     }
   };
-  on_workers([&] {
-    tbb::parallel_for(std::size_t{0}, widest.size(), [&](std::size_t part) {
-      EdgeId most = 0;
-      for (std::size_t edge = part * kGrain; edge < std::min((part + 1) * kGrain, edges.size());
-           ++edge) {
-        EdgeId lowest = kNoId, highest = 0;
-        widen(edges[edge].own.face(), lowest, highest);
-        if (!edges[edge].is_border()) widen(edges[edge].other.face(), lowest, highest);
-        most = std::max(most, highest - lowest);
-      }
-      widest[part] = most;
-    });
+  each_on_workers(std::size_t{0}, widest.size(), [&](std::size_t part) {
+    EdgeId most = 0;
+    for (std::size_t edge = part * kGrain; edge < std::min((part + 1) * kGrain, edges.size());
+         ++edge) {
+      EdgeId lowest = kNoId, highest = 0;
+      widen(edges[edge].own.face(), lowest, highest);
+      if (!edges[edge].is_border()) widen(edges[edge].other.face(), lowest, highest);
+      most = std::max(most, highest - lowest);
+    }
+    widest[part] = most;
   });
   return widest.empty() ? 0 : *std::ranges::max_element(widest);
 }

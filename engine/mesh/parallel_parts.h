@@ -2,8 +2,6 @@
 // results and errors as on one thread.
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <exception>
@@ -27,14 +25,12 @@ constexpr std::size_t part_count(std::size_t count) {
 template <class Body>
 void for_parts(std::size_t count, Body body) {
   std::vector<std::exception_ptr> failures(part_count(count));
-  on_workers([&] {
-    tbb::parallel_for(std::size_t{0}, failures.size(), [&](std::size_t part) {
-      try {
-        body(part * kPartElements, std::min((part + 1) * kPartElements, count), part);
-      } catch (...) {
-        failures[part] = caught_exception();
-      }
-    });
+  each_on_workers(std::size_t{0}, failures.size(), [&](std::size_t part) {
+    try {
+      body(part * kPartElements, std::min((part + 1) * kPartElements, count), part);
+    } catch (...) {
+      failures[part] = caught_exception();
+    }
   });
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);

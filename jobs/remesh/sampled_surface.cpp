@@ -1,7 +1,5 @@
 #include "remesh/sampled_surface.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -96,10 +94,8 @@ void write_attributes(const ScanAttributes& attributes, const Surface& scan,
       if (progress &&
           !progress({"attributes", attribute * faces + first, attributes.count() * faces}))
         throw Error(ErrorCode::kCancelled, "remesh: cancelled, attributes");
-      on_workers([&] {
-        tbb::parallel_for(first, std::min(first + kFacesAtOnce, faces),
-                          [&](std::size_t face) { write_face(static_cast<FaceId>(face)); });
-      });
+      each_on_workers(first, std::min(first + kFacesAtOnce, faces),
+                      [&](std::size_t face) { write_face(static_cast<FaceId>(face)); });
     }
     writer.finish();
   }

@@ -1,7 +1,5 @@
 #include "collapse/decimate.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -149,8 +147,7 @@ void Decimator::collapse_in_tiles() {
   };
   for (std::size_t first = 0; first < tiles.size(); first += kTilesAtOnce) {
     tell();
-    on_workers(
-        [&] { tbb::parallel_for(first, std::min(first + kTilesAtOnce, tiles.size()), collapse); });
+    each_on_workers(first, std::min(first + kTilesAtOnce, tiles.size()), collapse);
   }
   state_.tiles = {};
 }

@@ -1,13 +1,12 @@
 #include "distance/distances.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "base/threads.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -91,7 +90,7 @@ Distances measure_distances(const TriangleSet& from, const TriangleTree& tree,
     const auto begin = std::chrono::steady_clock::now();
     const std::size_t last = std::min(first + at_once, count);
     const std::size_t parts = (last - first + kSamplesOfThread - 1) / kSamplesOfThread;
-    tbb::parallel_for(std::size_t{0}, parts, [&, first](std::size_t part) {
+    each_on_workers(std::size_t{0}, parts, [&, first](std::size_t part) {
       const std::size_t start = first + part * kSamplesOfThread;
       measure(start, std::min(start + kSamplesOfThread, last));
     });

@@ -1,7 +1,5 @@
 #include "sample/area_spread.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -33,17 +31,15 @@ AreaSpread area_spread(const BaseMesh& base, int level,
   const SampleNumbers numbers(base, level);
   const auto at = [&](std::uint64_t sample) -> const Point& { return positions[sample]; };
   std::vector<double> ratios(base.face_count());
-  on_workers([&] {
-    tbb::parallel_for(std::size_t{0}, ratios.size(), [&](std::size_t face) {
-      std::vector<double> areas;
-      areas.reserve(std::size_t{1} << (2 * level));
-      numbers.for_each_triangle(static_cast<FaceId>(face),
-                                [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-                                  areas.push_back(length(area_vector(at(a), at(b), at(c))));
-                                });
-      const double large = value_at(areas, 0.99), small = value_at(areas, 0.01);
-      ratios[face] = large < kMostRatio * small ? large / small : kMostRatio;
-    });
+  each_on_workers(std::size_t{0}, ratios.size(), [&](std::size_t face) {
+    std::vector<double> areas;
+    areas.reserve(std::size_t{1} << (2 * level));
+    numbers.for_each_triangle(static_cast<FaceId>(face),
+                              [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+                                areas.push_back(length(area_vector(at(a), at(b), at(c))));
+                              });
+    const double large = value_at(areas, 0.99), small = value_at(areas, 0.01);
+    ratios[face] = large < kMostRatio * small ? large / small : kMostRatio;
   });
   const auto even = std::ranges::count_if(ratios, [](double ratio) { return ratio <= kEvenRatio; });
   return {value_at(ratios, 0.9), static_cast<double>(even) / static_cast<double>(ratios.size())};

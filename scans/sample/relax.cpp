@@ -1,8 +1,5 @@
 #include "sample/relax.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -77,13 +74,9 @@ class Relaxation {
  private:
   template <class Work>
   void for_faces(Work work) const {
-    on_workers([&] {
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, base_.face_count(), kFacesOfTask),
-                        [&](const tbb::blocked_range<std::size_t>& faces) {
-                          SampleRing ring;
-                          for (std::size_t face = faces.begin(); face < faces.end(); ++face)
-                            work(static_cast<FaceId>(face), ring);
-                        });
+    ranges_on_workers(base_.face_count(), kFacesOfTask, [&](std::size_t first, std::size_t last) {
+      SampleRing ring;
+      for (std::size_t face = first; face < last; ++face) work(static_cast<FaceId>(face), ring);
     });
   }
   /// The number of the sample that is `part` parts of a side after its start.
@@ -129,12 +122,8 @@ class Relaxation {
 };
 
 void Relaxation::set_places() {
-  on_workers([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples_.size(), 1024),
-                      [&](const tbb::blocked_range<std::size_t>& part) {
-                        for (std::size_t i = part.begin(); i < part.end(); ++i)
-                          places_[i] = scan_.at(samples_[i]);
-                      });
+  ranges_on_workers(samples_.size(), 1024, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) places_[i] = scan_.at(samples_[i]);
   });
 }
 

@@ -49,14 +49,12 @@ std::vector<SurfacePoint> sample_scan(const CollapseHistory& history, const Base
       throw Error(ErrorCode::kCancelled, "remesh: cancelled, samples");
     const std::size_t count = std::min<std::size_t>(kFacesAtOnce, base.face_count() - first);
     constexpr std::size_t kFacesOfPart = 256;
-    on_workers([&] {
-      tbb::parallel_for(std::size_t{0}, (count + kFacesOfPart - 1) / kFacesOfPart,
-                        [&](std::size_t part) {
-                          const std::size_t end = std::min(count, (part + 1) * kFacesOfPart);
-                          for (std::size_t i = part * kFacesOfPart; i < end; ++i)
-                            sample_face(static_cast<FaceId>(first + i));
-                        });
-    });
+    each_on_workers(std::size_t{0}, (count + kFacesOfPart - 1) / kFacesOfPart,
+                    [&](std::size_t part) {
+                      const std::size_t end = std::min(count, (part + 1) * kFacesOfPart);
+                      for (std::size_t i = part * kFacesOfPart; i < end; ++i)
+                        sample_face(static_cast<FaceId>(first + i));
+                    });
   }
   return samples;
 }

@@ -1,7 +1,6 @@
 #include "execution/sweep/sweep_workers.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
@@ -46,7 +45,7 @@ void SweepWorkers::run(const SweepView& view, EdgeId first, EdgeId after) {
   else if (parallel_for_)
     call_workers(parallel_for_, count_, fmt::format("sweep '{}'", pass_.name), work);
   else
-    arena_->execute([&] { on_workers([&] { tbb::parallel_for(0, count_, work); }); });
+    arena_->execute([&] { each_on_workers(0, count_, work); });
 }
 
 PLAIT_END_NAMESPACE
