@@ -143,6 +143,7 @@ void Machine::recode(std::uint32_t a, std::uint32_t b) {
 
 void Machine::commit() {
   const bool finished = now_.is_finished();
+  const std::uint64_t told = heard_->committed;
   if (!change([&] { store_->commit(); },
               finished ? std::set<ErrorCode>{} : std::set{ErrorCode::kBadState}))
     return;
@@ -152,6 +153,8 @@ void Machine::commit() {
   const std::uint64_t found = store_->sequence();
   require(found == sequence_ + 1 || (found == sequence_ && !differs),
           fmt::format("version {} after version {}", found, sequence_));
+  require(heard_->committed == told + (found - sequence_) && heard_->last_version == found,
+          "the event of a commit");
   sequence_ = found;
   committed_ = now_;
   unknown_commit_ = false;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "plait/error.h"
+#include "support/parallel_loops.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
 
@@ -45,6 +46,8 @@ Machine::Machine(const Script& script, Outcomes* outcomes)
       kind_(kinds()[script.begin.backend % kinds().size()]),
       budget_(kBudgets[script.begin.budget % std::size(kBudgets)]),
       outcomes_(outcomes) {
+  if (script.begin.mesh / 3 % 2 == 1) pool_ = by_other_threads(2);
+  if (script.begin.mesh / 6 % 3 == 1) io_threads_ = 0;
   coded_ = kind_.pipeline.starts_with("hierarchy") || kind_.pipeline.starts_with("predicted");
   create();
 }
@@ -86,7 +89,21 @@ std::uint64_t Machine::readers() const {
       std::ranges::count_if(kept_, [](const Kept& kept) { return kept.of_main; }));
 }
 
+StoreEvents Machine::listener() {
+  heard_ = all_heard_.emplace_back(std::make_shared<Heard>());
+  return {[heard = heard_](const StoreEvent& event) {
+    if (heard->is_over) heard->was_late = true;
+    if (event.kind == StoreEvent::Kind::kOpened) ++heard->opened;
+    if (event.kind != StoreEvent::Kind::kOpened && event.kind != StoreEvent::Kind::kCommitted)
+      return;
+    heard->committed += event.kind == StoreEvent::Kind::kCommitted ? 1 : 0;
+    heard->last_version = event.version;
+  }};
+}
+
 void Machine::check() {
+  for (const std::shared_ptr<Heard>& heard : all_heard_)
+    require(!heard->was_late, "an event of a store that is gone");
   if (store_) compare(*store_, now_, "the store");
   for (const Guest& guest : guests_) compare(guest.store, guest.content, "a guest");
   for (const Kept& kept : kept_)

@@ -2,8 +2,10 @@
 // call is in the source that its kind names: opening, reading, changes, passes, subdivision.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -14,6 +16,8 @@
 #include "acceptance/random_calls/script.h"
 #include "acceptance/random_calls/store_model.h"
 #include "plait/error.h"
+#include "plait/extend/parallel_for.h"
+#include "plait/extend/store_event.h"
 #include "plait/progress.h"
 #include "plait/reader.h"
 #include "plait/store.h"
@@ -67,11 +71,18 @@ class Machine {
   struct Kind {
     std::string backend, pipeline;
   };
+  /// What a store has told: no event comes when the store, its readers and views are gone.
+  struct Heard {
+    std::atomic<std::uint64_t> opened = 0, committed = 0, last_version = 0;
+    std::atomic<bool> is_over = false, was_late = false;
+  };
   static const std::vector<Kind>& kinds();
 
   bool on_disk() const { return kind_.backend != "memory"; }
   std::filesystem::path path() const { return directory_.path() / "s.plait"; }
   void compare(const Store& store, const Content& content, const char* whose);
+  /// Whom a store that is opened now tells what it does.
+  StoreEvents listener();
   static void check_view(const Seen& seen);
   void count(bool done);
   std::uint64_t readers() const;
@@ -146,6 +157,10 @@ class Machine {
   const BaseMesh& base_;
   Kind kind_;
   std::uint64_t budget_;
+  ParallelFor pool_;               ///< of the test's own threads; empty in half of the scripts
+  std::optional<int> io_threads_;  ///< 0 or the default
+  std::shared_ptr<Heard> heard_;   ///< of the store that is open now
+  std::vector<std::shared_ptr<Heard>> all_heard_;
   Outcomes* outcomes_;
   bool coded_ = false;  ///< some levels are encoded from others, so they may refuse changes
 

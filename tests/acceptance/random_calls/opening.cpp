@@ -16,8 +16,12 @@ void Machine::create() {
   options.block_bytes = 4096;
   options.budget_bytes = budget_;
   options.durability = Durability::kNone;
+  options.io_threads = io_threads_;
+  options.events = listener();
+  options.parallel_for = pool_;
   store_ = Store::create(on_disk() ? path() : std::filesystem::path(), base_, options,
                          default_backends());
+  require(heard_->opened == 1 && heard_->last_version == 0, "the event of a new store");
   writable_ = true;
   add_base_positions(*store_);
   now_ = content_of(*store_);
@@ -42,6 +46,9 @@ void Machine::open(std::uint32_t how) {
   options.writable = how % 4 != 0;
   options.budget_bytes = budget_;
   options.durability = Durability::kNone;
+  options.io_threads = io_threads_;
+  options.events = listener();
+  options.parallel_for = pool_;
   std::optional<Store> opened;
   const auto code =
       code_of_call([&] { opened = Store::open(path(), options, default_backends()); });
@@ -50,6 +57,7 @@ void Machine::open(std::uint32_t how) {
     return;
   }
   require(!(options.writable && is_locked()), "two writers have the store open");
+  require(heard_->opened == 1 && heard_->last_version == sequence_, "the event of an open store");
   store_ = std::move(opened);
   writable_ = options.writable;
   now_ = committed_;
@@ -74,6 +82,7 @@ void Machine::close() {
   require(code_of_call([&] { Reader reader(*store_); }) == ErrorCode::kBadState,
           "a closed store has a reader");
   require(!code_of_call([&] { store_->close(); }), "a second close fails");
+  heard_->is_over = true;
   store_.reset();
 }
 
@@ -82,6 +91,7 @@ void Machine::drop() {
   for (const Kept& kept : kept_)
     if (kept.of_main && kept.reader) check_reader(*kept.reader);
   store_.reset();
+  heard_->is_over = readers() == 0;
   forget_main(true);
 }
 

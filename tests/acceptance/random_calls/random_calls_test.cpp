@@ -74,6 +74,8 @@ TEST_CASE("RandomCalls_ScriptsThatFoundFaults_AreRight") {
            "begin 490 112 884; subdivide 121 685 187; commit 918 378 376; drop 252 296 761; "
            "open 39 384 671",
            "begin 484 748 138; subdivide 326 291 349; commit 576 7 916",
+           // A writer filled the normals that a subdivision had left without their name.
+           "begin 361 289 234; subdivide 8 862 901; writer 11 949 628; commit 0 0 0",
        }) {
     CAPTURE(text);
     const auto wrong = run_script(script_from(text));

@@ -26,7 +26,8 @@ float pattern_float(std::uint32_t seed, std::uint64_t component) {
 }  // namespace
 
 bool Content::Attribute::is_finished() const {
-  return base_finished &&
+  // A replacement that has not got its name, as a subdivision leaves it that ends early.
+  return !schema.name.ends_with(" (new)") && base_finished &&
          std::ranges::all_of(levels, [](const Level& level) { return level.finished; });
 }
 

@@ -30,7 +30,8 @@ struct StoreEvent {
 /// Whom a store tells of events. Calls come from any thread that uses the store and from its I/O
 /// threads, several at the same time, with no lock held. The call should return soon, because a
 /// read waits for it. It may take Store::statistics(), and call no other function of the store.
-/// What it throws is lost.
+/// What it throws is lost. No call comes after close() has returned, nor after the store and all
+/// its readers and views are gone.
 struct StoreEvents {
   std::function<void(const StoreEvent&)> call = {};
   std::uint64_t slow_read_ns = 100'000'000;  ///< a read that takes longer is slow
