@@ -31,7 +31,8 @@ struct StoreEvent {
 /// threads, several at the same time, with no lock held. The call should return soon, because a
 /// read waits for it. It may take Store::statistics(), and call no other function of the store.
 /// What it throws is lost. No call comes after close() has returned, nor after the store and all
-/// its readers and views are gone.
+/// its readers and views are gone. While readers or views live after the Store object, calls may
+/// come that have no Store to ask.
 struct StoreEvents {
   std::function<void(const StoreEvent&)> call = {};
   std::uint64_t slow_read_ns = 100'000'000;  ///< a read that takes longer is slow
