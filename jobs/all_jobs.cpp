@@ -12,6 +12,7 @@ const std::vector<Job>& all_jobs() {
     made.push_back(join_job());
     made.push_back(import_job());
     made.push_back(remesh_job());
+    made.push_back(check_job());
     made.push_back(compare_job());
     made.push_back(export_job());
     made.push_back(convert_job());

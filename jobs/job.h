@@ -316,6 +316,7 @@ class JobTable {
 const std::vector<Job>& all_jobs();
 
 // One for each table file.
+Job check_job();
 Job compare_job();
 Job convert_job();
 Job export_job();

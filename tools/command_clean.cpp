@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "arguments.h"
@@ -15,8 +16,10 @@
 #include "instrument/memory_limit.h"
 #include "instrument/scratch_directory.h"
 #include "json_text.h"
+#include "plait/error.h"
 #include "plait/extend/directory.h"
 #include "store/left_overs.h"
+#include "store/store_directory.h"
 
 namespace plait {
 namespace {
@@ -55,19 +58,46 @@ std::vector<Cleaned> clean_measurements(const CleanArguments& arguments) {
   return all;
 }
 
+/// What killed runs left in one directory. `shown` goes before the names.
+std::vector<Cleaned> clean_directory(const Directory& directory, std::string_view of,
+                                     const std::string& shown, bool dry_run) {
+  std::vector<Cleaned> all;
+  for (LeftOver& left_over : find_left_overs(directory, of)) {
+    Cleaned& cleaned = all.emplace_back();
+    if (!left_over.in_use)
+      cleaned.removed =
+          dry_run ? left_over.foreign.empty() : remove_left_over(directory, left_over);
+    left_over.name = shown + left_over.name;
+    cleaned.left_over = std::move(left_over);
+  }
+  return all;
+}
+
+/// What killed repairs left inside the stores of the directory.
+std::vector<Cleaned> clean_stores(const Directory& directory, bool dry_run) {
+  std::vector<Cleaned> all;
+  for (const std::string& name : directory.names()) try {
+      const Directory store(directory, name);
+      if (is_store(store))
+        for (Cleaned& one : clean_directory(store, kRepairStem, name + "/", dry_run))
+          all.push_back(std::move(one));
+    } catch (const Error&) {  // not a directory, not readable, or not a store
+    }
+  return all;
+}
+
 int run_clean(const CleanArguments& arguments, const CommandContext& context) {
   const Directory directory(arguments.directory);
   int status = kExitDone;
   std::vector<Cleaned> all = clean_measurements(arguments);
   std::uint64_t removed_bytes = 0, removed_count = 0;
-  for (LeftOver& left_over : find_left_overs(directory)) {
-    Cleaned& cleaned = all.emplace_back();
-    if (!left_over.in_use)
-      cleaned.removed =
-          arguments.dry_run ? left_over.foreign.empty() : remove_left_over(directory, left_over);
-    if (!left_over.in_use && !cleaned.removed && left_over.foreign.empty()) status = kExitFailed;
-    cleaned.left_over = std::move(left_over);
-  }
+  for (const std::vector<Cleaned>& found : {clean_directory(directory, {}, "", arguments.dry_run),
+                                            clean_stores(directory, arguments.dry_run)})
+    for (const Cleaned& cleaned : found) {
+      if (!cleaned.left_over.in_use && !cleaned.removed && cleaned.left_over.foreign.empty())
+        status = kExitFailed;
+      all.push_back(cleaned);
+    }
   for (const Cleaned& cleaned : all)
     if (cleaned.removed) {
       removed_bytes += cleaned.left_over.bytes;
@@ -107,10 +137,13 @@ void add_clean_command(CommandLine& program, CommandContext& context) {
   command->add_flag("--dry-run", arguments->dry_run, "List the files, but remove nothing");
   add_json_option(*command, context);
   command->footer(
-      "plait makes an output in a directory NAME.partial-HOST-START-RANDOM; repair works in\n"
-      "STORE.repair-... If a run is killed, these directories stay. The next run of this host with "
+      "plait makes an output in a directory NAME.partial-HOST-START-RANDOM; repair works inside "
       "the\n"
-      "same output removes them; those of other hosts are listed as in use. bench,\n"
+      "store, in STORE/scratch.repair-... If a run is killed, these directories stay. The next run "
+      "of\n"
+      "this host with the same output, or the next writer of the store, removes them; those of "
+      "other\n"
+      "hosts are listed as in use. The command looks into stores that are in DIR too. bench,\n"
       "tune and paper work in plait-scratch-XXXXXX and in control groups. This command removes "
       "those\n"
       "of all outputs and of all killed runs. It removes no directory that a running process has\n"

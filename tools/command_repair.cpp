@@ -12,12 +12,10 @@
 #include "command.h"
 #include "console.h"
 #include "damage_report.h"
-#include "io/machine.h"
 #include "json_text.h"
 #include "measure.h"
 #include "plait/verify.h"
 #include "progress.h"
-#include "store/left_overs.h"
 
 namespace plait {
 namespace {
@@ -100,8 +98,6 @@ int run_repair(const RepairArguments& arguments, const CommandContext& context) 
   options.progress = [&](const Progress& now) {
     return progress.update(now.done, now.total, now.phase);
   };
-  // The user may give the store as ".". Only the absolute path has its name.
-  remove_left_overs_of(absolute_path(arguments.store), report_warning);
   const RepairReport report = repair(arguments.store, options, context.open_backends);
   progress.clear();
   print(context.json ? json_text(repair_json(arguments, report, clock.seconds()))

@@ -117,7 +117,7 @@ class UnpublishedDirectory {
   /// Errors: as OutputName; kIo, kNoSpace.
   const Directory& directory();
   const std::filesystem::path& final_path() const noexcept { return final_path_; }
-  /// What directory() returned. REQUIRES: directory().
+  /// What directory() returned; closed before directory().
   const Directory& made() const noexcept { return made_; }
   /// Its unfinished name. REQUIRES: directory().
   UnfinishedName& name() { return *name_; }

@@ -135,12 +135,12 @@ std::optional<std::span<const std::byte>> Remaker::proven(const AttributeSchema&
   if (model_of_ != &level) {
     model_of_ = nullptr;
     model_.reset();
-    scratch_.remove_if_possible(kModelName);
+    scratch_.directory().remove_if_possible(kModelName);
     table_ = level.table;
     std::ranges::fill(table_.entries(), BlockEntry{});
     volume_ = backend().open({});
-    model_ = volume_->open_level(
-        {scratch_, kModelName, OpenMode::kCreate, level.geometry, table_, schema, level.pipeline});
+    model_ = volume_->open_level({scratch_.directory(), kModelName, OpenMode::kCreate,
+                                  level.geometry, table_, schema, level.pipeline});
     model_of_ = &level;
   }
   try {
@@ -154,7 +154,7 @@ std::optional<std::span<const std::byte>> Remaker::proven(const AttributeSchema&
       found.checksum != expected.checksum)
     return std::nullopt;
   stored_.resize(found.stored_bytes);
-  File(scratch_, kModelName, OpenMode::kRead).read_at(found.offset, stored_);
+  File(scratch_.directory(), kModelName, OpenMode::kRead).read_at(found.offset, stored_);
   return stored_;
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/unpublished.h"
 #include "plait/extend/backend.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/block_maker.h"
@@ -22,9 +23,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 class Remaker {
  public:
   /// The arguments outlive this object. `makers` may be null. `scratch` is a directory for files of
-  /// this object's own.
+  /// this object's own, which makes it when it needs it.
   Remaker(const StoreCheck& check, std::shared_ptr<const BlockMakers> makers,
-          const BackendRegistry& backends, const Directory& scratch)
+          const BackendRegistry& backends, UnpublishedDirectory& scratch)
       : check_(check), makers_(std::move(makers)), backends_(backends), scratch_(scratch) {}
 
   /// REQUIRES: the description of the store is whole.
@@ -70,7 +71,7 @@ class Remaker {
   const StoreCheck& check_;
   std::shared_ptr<const BlockMakers> makers_;
   const BackendRegistry& backends_;
-  const Directory& scratch_;
+  UnpublishedDirectory& scratch_;
   Store* store_ = nullptr;
   std::array<Recipe, 2> recipes_;  ///< [from_mesh]
   // A level in the scratch directory, with the identity of the store's level. Blocks are written

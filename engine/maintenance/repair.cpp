@@ -6,7 +6,6 @@
 #include "base/damage.h"
 #include "format/file_names.h"
 #include "io/copy_range.h"
-#include "io/machine.h"
 #include "io/unpublished.h"
 #include "maintenance/read_block.h"
 #include "maintenance/remaker.h"
@@ -88,16 +87,20 @@ RepairReport repair(const std::filesystem::path& path, const RepairOptions& opti
                     const BackendRegistry& backends,
                     const std::shared_ptr<const BlockMakers>& makers) {
   RepairReport report;
-  // The scratch directory is named after the store, and the path "." has no name.
-  UnpublishedDirectory scratch(absolute_path(path), "repair", MadeProof::kMark, remove_made_files);
+  if (!options.dry_run)
+    remove_left_overs_of_repairs(open_store_directory(path),
+                                 [&](const std::string& what) { report.notes.push_back(what); });
+  // Inside the store: what is beside it may be another file system, or not be writable. Only work
+  // that needs the directory makes it.
+  UnpublishedDirectory scratch(path / kRepairStem, "repair", MadeProof::kMark, remove_made_files);
   const StoreCheck check = check_store(path, backends);
   report.files = check.files;
   report.left_over = check.left_over;
-  report.notes = check.notes;
+  report.notes.insert(report.notes.end(), check.notes.begin(), check.notes.end());
   report.version = check.sequence;
-  Remaker remaker(check, makers, backends, scratch.directory());
+  Remaker remaker(check, makers, backends, scratch);
   if (!check.lock.empty() && !options.dry_run) make_lock_anew(open_store_directory(path));
-  repair_files(path, check, options, remaker, scratch.directory(), report);
+  repair_files(path, check, options, remaker, scratch, report);
   std::filesystem::path readable = path;
   if (options.dry_run && report.lost_files.empty() && !report.rebuilt_files.empty()) {
     // With links to the other files, the scratch directory is what the store would be.

@@ -49,7 +49,7 @@ struct FileRepair {
   const StoreCheck& check;
   const RepairOptions& options;
   Remaker& remaker;
-  const Directory& scratch;
+  UnpublishedDirectory& scratch;
 
   /// Makes the file in the scratch directory. Returns why it is lost, or nothing if it is not.
   std::optional<std::string> why_lost(const DamagedFile& file) {
@@ -64,7 +64,7 @@ struct FileRepair {
   bool write(const DamagedFile& file, std::span<const std::byte> bytes) {
     if (bytes.size() != file.expected_bytes || checksum_of(bytes) != file.expected_checksum)
       return false;
-    File made(scratch, file.name, OpenMode::kCreate);
+    File made(scratch.directory(), file.name, OpenMode::kCreate);
     made.write_at(0, bytes);
     made.close();
     return true;
@@ -125,7 +125,7 @@ struct FileRepair {
     if (bytes > most)
       return fmt::format("the block table wants a file of {} bytes, expected at most {}", bytes,
                          most);
-    File made(scratch, file.name, OpenMode::kCreate);
+    File made(scratch.directory(), file.name, OpenMode::kCreate);
     made.resize(bytes);
     std::uint64_t lost = 0;
     std::string why;
@@ -148,9 +148,9 @@ struct FileRepair {
     made.close();
     if (lost > 0) return fmt::format("{} of its {} blocks: {}", lost, level.table.size(), why);
     try {  // a file that the backend refuses must not replace the damaged one
-      remaker.backend().open({})->open_level({scratch, file.name, OpenMode::kRead, level.geometry,
-                                              level.table, remaker.info_of(file.attribute).schema,
-                                              level.pipeline});
+      remaker.backend().open({})->open_level(
+          {scratch.directory(), file.name, OpenMode::kRead, level.geometry, level.table,
+           remaker.info_of(file.attribute).schema, level.pipeline});
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kCorruption) throw;
       return fmt::format("what was made of it cannot be read: {}", error.what());
@@ -162,17 +162,17 @@ struct FileRepair {
 }  // namespace
 
 void repair_files(const std::filesystem::path& store, const StoreCheck& check,
-                  const RepairOptions& options, Remaker& remaker, const Directory& scratch,
+                  const RepairOptions& options, Remaker& remaker, UnpublishedDirectory& scratch,
                   RepairReport& report) {
   FileRepair repair{store, Directory(store), check, options, remaker, scratch};
   for (const DamagedFile& file : check.damaged) {
     if (const std::optional<std::string> why = repair.why_lost(file)) {
-      scratch.remove_if_possible(file.name);
+      if (scratch.made().is_open()) scratch.made().remove_if_possible(file.name);
       report.lost_files.push_back(
           {file.name, fmt::format("{}; it cannot be rebuilt: {}", file.reason, *why)});
       continue;
     }
-    if (!options.dry_run) replace_file(store, check.sequence, file.name, scratch);
+    if (!options.dry_run) replace_file(store, check.sequence, file.name, scratch.directory());
     report.rebuilt_files.push_back({file.name, file.reason});
   }
 }

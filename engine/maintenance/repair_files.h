@@ -19,7 +19,7 @@ inline constexpr char kMakeShardAgain[] =
 /// store's file; with options.dry_run leaves it in `scratch`, which is on the same file system.
 /// Errors: those of replace_file(); kCancelled.
 void repair_files(const std::filesystem::path& store, const StoreCheck& check,
-                  const RepairOptions& options, Remaker& remaker, const Directory& scratch,
+                  const RepairOptions& options, Remaker& remaker, UnpublishedDirectory& scratch,
                   RepairReport& report);
 
 /// Puts the file `name` of another directory, on the same file system, in place of the store's file

@@ -66,15 +66,21 @@ bool is_made(const Directory& directory) {
   }
 }
 
+/// A repair works in a directory inside the store.
+bool is_of_repair(std::string_view name) {
+  const std::optional<UnfinishedNameParts> parts = read_unfinished_name(name);
+  return parts && parts->stem == kRepairStem && parts->kind == "repair";
+}
+
 /// Calls visit(directory, name) for every file that plait may have made. Returns the names of all
-/// other entries. REQUIRES: is_made().
+/// other entries but the directories of repairs. REQUIRES: is_made().
 template <class Visit>
 std::vector<std::string> for_each_file(const Directory& directory, Visit visit) {
   std::vector<std::string> foreign;
   for (const std::string& name : directory.names()) {
     if (is_made_file_name(name))
       visit(directory, name);
-    else
+    else if (!is_of_repair(name))
       foreign.push_back(name);
   }
   return foreign;
@@ -146,6 +152,7 @@ bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
   try {
     const Directory inner(directory, left_over.name);
     if (!parts || may_be_in_use(inner, *parts) || !is_made(inner)) return false;
+    remove_left_overs_of_repairs(inner, {});
     return remove_all_made(inner) && directory.remove_directory(left_over.name);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kNotFound) throw;
@@ -170,30 +177,40 @@ void put_back(const OutputName& output, const std::string& stem, const Warn& war
   }
 }
 
+void remove_and_tell(const Directory& directory, const LeftOver& left_over, const Warn& warn) {
+  if (left_over.in_use) return;
+  const std::string where = directory.path_of(left_over.name).lexically_normal().native();
+  std::string said;
+  if (remove_left_over(directory, left_over))
+    said = fmt::format("removed {} of a killed run ({})", where, format_bytes(left_over.bytes));
+  else if (!left_over.foreign.empty())
+    said = fmt::format("{} from a killed run stays, because it contains {}", where,
+                       fmt::join(left_over.foreign, ", "));
+  else if (directory_is_there(directory, left_over.name))
+    said = fmt::format("{} from a killed run stays, because some of its files cannot be removed",
+                       where);
+  if (warn && !said.empty()) warn(said);
+}
+
 }  // namespace
 
 void remove_made_files(const Directory& directory) {
   static_cast<void>(remove_all_made(directory));
 }
 
+void remove_left_overs_of_repairs(const Directory& store, const Warn& warn) try {
+  for (const LeftOver& left_over : find_left_overs(store, kRepairStem))
+    if (is_of_repair(left_over.name)) remove_and_tell(store, left_over, warn);
+} catch (const Error& error) {
+  if (warn) warn(error.what());
+}
+
 void remove_left_overs_of(const std::filesystem::path& path, const Warn& warn) {
   const OutputName output(path);
   const std::string stem = UnfinishedName(output.path, "partial").stem_of(output.name);
   put_back(output, stem, warn);
-  for (const LeftOver& left_over : find_left_overs(output.directory, stem)) {
-    if (left_over.in_use) continue;
-    const std::string where = output.directory.path_of(left_over.name).lexically_normal().native();
-    std::string said;
-    if (remove_left_over(output.directory, left_over))
-      said = fmt::format("removed {} of a killed run ({})", where, format_bytes(left_over.bytes));
-    else if (!left_over.foreign.empty())
-      said = fmt::format("{} from a killed run stays, because it contains {}", where,
-                         fmt::join(left_over.foreign, ", "));
-    else if (directory_is_there(output.directory, left_over.name))
-      said = fmt::format("{} from a killed run stays, because some of its files cannot be removed",
-                         where);
-    if (warn && !said.empty()) warn(said);
-  }
+  for (const LeftOver& left_over : find_left_overs(output.directory, stem))
+    remove_and_tell(output.directory, left_over, warn);
 }
 
 PLAIT_END_NAMESPACE

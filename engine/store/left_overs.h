@@ -43,6 +43,13 @@ bool remove_left_over(const Directory& directory, const LeftOver& left_over);
 /// directory stays too, so that the next attempt finds it. Errors: kIo.
 void remove_made_files(const Directory& directory);
 
+/// What a repair calls its directory inside the store, before it gets an unfinished name.
+inline constexpr char kRepairStem[] = "scratch";
+
+/// Removes what killed repairs of the store left in its directory (maintenance/repair.cpp), and
+/// tells `warn` of each, and of what cannot be removed. Every writer of a store calls it.
+void remove_left_overs_of_repairs(const Directory& store, const Warn& warn);
+
 /// Removes the left-overs of killed runs whose output was `path`, and tells `warn` of each. Puts a
 /// store back that a killed run left between two renames. Errors: kIo; those of OutputName.
 void remove_left_overs_of(const std::filesystem::path& path, const Warn& warn);

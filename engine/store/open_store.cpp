@@ -16,6 +16,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/store.h"
 #include "store/generation_volume.h"
+#include "store/left_overs.h"
 #include "store/parts/shard_volume.h"
 #include "store/recovery.h"
 #include "store/store_checks.h"
@@ -255,6 +256,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   if (options.writable) {
     state->lock = lock_for_writing(state->directory, options.durability);
     state->note_missing_locks();
+    remove_left_overs_of_repairs(state->directory, {});
     state->versions_read = remove_old_versions(state->directory);
   }
   StoredVersion version(state->directory, options.writable ? open_newest_version(state->directory)

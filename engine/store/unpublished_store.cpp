@@ -127,6 +127,7 @@ void UnpublishedStore::replace_store() {
   if (old_name.empty()) throw busy("another process has replaced the store meanwhile");
   has_final_name_ = true;
   sync_name(output_.directory, final_path());
+  remove_left_overs_of_repairs(replaced, {});
   // Before the manifest goes, which shows that the rest is a store.
   for (const std::string& name : replaced.names())
     if (!is_store_file_name(name) &&

@@ -19,8 +19,8 @@ from ._results import (Base, Counts, DamagedBlock, Hits, Info, Input, Patches, P
 from .errors import (AlreadyExists, BadState, Busy, Cancelled, Damaged, Error, InputOutputError,
                      InternalError, InvalidArgument, NoSpace, NoSuchAttribute, NoSuchLevel, NotFound,
                      NotSupported, OutOfMemory, TooLarge)
-from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, compare,
-                   convert, export, import_mesh, join, part, plan, remesh, subdivide, verify)
+from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, check,
+                   compare, convert, export, import_mesh, join, part, plan, remesh, subdivide, verify)
 from .mesh import Mesh, triangles
 from .store import Store
 from .store import open_store as open  # plait.open, as numpy has load and h5py has File
@@ -51,6 +51,6 @@ __all__ = [
     "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "Input", "InputOutputError", "InternalError",
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NoSuchLevel", "NotFound",
     "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
-    "VerifyReport", "Vertices", "build_info", "compare", "convert", "create", "export", "import_mesh", "join", "load_plugin",
+    "VerifyReport", "Vertices", "build_info", "check", "compare", "convert", "create", "export", "import_mesh", "join", "load_plugin",
     "open", "part", "plan", "remesh", "subdivide",
     "triangles", "verify"]

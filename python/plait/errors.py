@@ -140,7 +140,7 @@ _WORDS = [(re.compile(pattern), words) for pattern, words in (
     (r"Store::add_attribute\(schema, (\d+)\)", r"add_attribute(level=\1)"),
     (r"raise the budget to (\d+) bytes", r"allow memory=\1"),
     (r"raise the budget", "allow more by memory="),
-    (r"end pins or views", "delete arrays without a copy"),
+    (r"end pins or views", "read in fewer threads at once, delete arrays without a copy"),
     (r" \(--plugin FILE, PLAIT_PLUGINS\)", " (plait.load_plugin)"),
     (r"open it with writable = 1|open it for writing", "open it for writing, by writable=True"),
 )]

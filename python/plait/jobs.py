@@ -262,6 +262,9 @@ import_mesh = _job("import", "import_mesh", lambda report: _filled(Import, repor
 remesh = _job("remesh", "remesh", _remeshing,
               """Makes a store of a scan, which may be any triangle mesh, as `plait remesh` does: a named tuple
     Remeshing.""")
+check = _job("check", "check", dict,
+             """Says what is wrong with the mesh of a file, without changing it, as `plait check` does: a dict, that of
+    --json.""")
 compare = _job("compare", "compare", _comparison,
                """Measures the distances between two surfaces, each a mesh file or a store, as `plait compare` does: a
     named tuple Comparison. Both have to fit in memory.""")

@@ -3,11 +3,13 @@
 import errno
 import os
 import pickle
+import re
 
 import numpy as np
 import plait
 import pytest
 from conftest import TETRAHEDRON, icosahedron, make, write_ply
+from plait import errors
 
 
 def test_files_that_are_there_or_not(tmp_path):
@@ -71,6 +73,9 @@ def test_messages_are_in_words_of_python(tmp_path):
     with pytest.raises(plait.NotSupported) as error:
         plait.create(*TETRAHEDRON, tmp_path / "t.plait", backend="none")
     assert "PLAIT_PLUGINS" not in str(error.value) and "load_plugin" in str(error.value)
+    # What the library says where threads together need more frames than there are.
+    assert re.match("read in fewer threads at once, .*, or allow more by memory=",
+                    errors.in_words("end pins or views, or raise the budget"))
 
 
 def test_arguments_of_a_wrong_kind_are_named():

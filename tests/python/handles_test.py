@@ -112,6 +112,26 @@ def test_after_the_block_the_lock_is_free_and_the_level_says_closed(tmp_path):
             level[0]
 
 
+def test_a_view_outlives_its_store_and_a_cycle_keeps_the_lock_until_it_is_collected(tmp_path):
+    path = tmp_path / "s.plait"
+    make(icosahedron(), path, levels=3).close()
+    store = plait.open(path, writable=True)
+    part = store["position"][3][:9]
+    expected = part.copy()
+    store.close()
+    plait.open(path, writable=True).close()
+    assert (part == expected).all()
+
+    class Owner:
+        pass
+    owner = Owner()
+    owner.store, owner.itself = plait.open(path, writable=True), owner
+    owner.level = owner.store["position"][2]
+    del owner
+    gc.collect()
+    plait.open(path, writable=True).close()
+
+
 def test_busy_counts_the_arrays_that_python_has():
     store = make(icosahedron(), levels=2)
     level = store["position"][2]

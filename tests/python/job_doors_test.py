@@ -47,7 +47,7 @@ def in_cpp():
 
 
 def test_there_are_jobs():
-    assert {"subdivide", "plan", "part", "join", "import", "remesh", "convert", "compare"} <= set(JOBS)
+    assert {"subdivide", "plan", "part", "join", "import", "remesh", "convert", "check", "compare"} <= set(JOBS)
 
 
 def test_jobs_of_cpp_are_those_of_c():

@@ -247,3 +247,15 @@ def test_bar_in_a_notebook_updates_one_output(monkeypatch):
     monkeypatch.setitem(sys.modules, "IPython.display", Display)
     make(TETRAHEDRON, levels=3).digest(progress=True)
     assert shown and "digest" in shown[0] and shown[-1] == ""
+
+
+def test_check_says_what_is_wrong_and_changes_nothing(tmp_path):
+    vertices, faces = TETRAHEDRON
+    soup = write_ply(tmp_path / "m.ply", (vertices[faces].reshape(-1, 3), np.arange(12).reshape(4, 3)))
+    found = plait.check(soup)
+    assert found["seam_vertices"] == 12 and found["repaired"]["components"] == 4
+    with pytest.warns(UserWarning, match="8 vertices became others"):
+        found = plait.check(soup, weld=True)
+    assert found["merged_vertices"] == 8 and found["found"]["clean"]
+    assert found["repaired"]["border_edges"] == 0
+    assert os.listdir(tmp_path) == ["m.ply"]

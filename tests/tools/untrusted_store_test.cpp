@@ -171,12 +171,19 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
     for (const char* file : {"lock", "attribute0.level01.1", "sealed", "output", "version.1"})
       write_text(here.path(name) / file, "x");
   };
-  for (const char* name : {"s.plait.partial-11", "s.plait.repair-12", "t.plait.partial-13",
+  for (const char* name : {"s.plait.partial-11", "s.plait/scratch.repair-12", "t.plait.partial-13",
                            "s.plait.partial-14-2", "s.plait.partial-15", "s.plait.partial-x"})
     leave(name);
   write_text(here.path("s.plait.partial-15/notes"), "mine");
   leave("out.ply.partial-16");
   leave("out.ply.partial-17");
+  // What a killed repair left inside a store disturbs no reader.
+  fs::copy(here.path("s.plait"), here.path("u.plait"));
+  leave("u.plait/scratch.repair-22");
+  CHECK(run(here.here.path(), {"verify", "u.plait"}).status == 0);
+  CHECK(run(here.here.path(), {"convert", "u.plait", "v.plait"}).status == 0);
+  for (const auto& entry : fs::directory_iterator(here.path("v.plait")))
+    CHECK(entry.is_regular_file());
   // A store says by its manifest whose it is.
   fs::copy(here.path("s.plait"), here.path("s.plait.partial-19"));
   write_text(here.path("s.plait.partial-20"), "mine");
@@ -193,8 +200,8 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
       run(here.here.path(), {"subdivide", "mesh.ply", "s.plait", "--levels", "1", "--force"});
   CHECK(outcome.status == 0);
   CHECK(outcome.errors.find("s.plait.partial-11") != std::string::npos);
-  for (const char* name :
-       {"s.plait.partial-11", "s.plait.repair-12", "s.plait.partial-14-2", "s.plait.partial-19"})
+  for (const char* name : {"s.plait.partial-11", "s.plait/scratch.repair-12",
+                           "s.plait.partial-14-2", "s.plait.partial-19"})
     CHECK_FALSE(there(name));
   for (const char* name :
        {"t.plait.partial-13", "s.plait.partial-15/notes", "s.plait.partial-18/version.1",
@@ -214,11 +221,12 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   for (const auto& left_over : report["left_over"])
     if (const std::string name = left_over["name"]; !name.starts_with("/"))
       (left_over["in_use"] ? held_names : removable).push_back(name);
-  CHECK(removable == std::vector<std::string>{"t.plait.partial-13"});
+  CHECK(removable == std::vector<std::string>{"t.plait.partial-13", "u.plait/scratch.repair-22"});
   CHECK(held_names == std::vector<std::string>{"out.ply.partial-17", "s.plait.partial-18"});
   CHECK(names_in(here.here.path()) == before);
   CHECK(run(here.here.path(), {"clean", "."}).status == 0);
   CHECK_FALSE(there("t.plait.partial-13"));
+  CHECK_FALSE(there("u.plait/scratch.repair-22"));
   CHECK(there("s.plait.partial-15/notes"));
   CHECK(there("s.plait.partial-18/lock"));
   CHECK(there("out.ply.partial-17"));

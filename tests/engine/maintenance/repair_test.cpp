@@ -1,5 +1,6 @@
 // repair() as a library: nothing is put back without proof, and nothing half-made is left when it
 // is cancelled.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <iterator>
@@ -12,11 +13,13 @@
 #include "format/manifest.h"
 #include "plait/digest.h"
 #include "plait/error.h"
+#include "plait/extend/check_store.h"
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
 #include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "support/counting_backend.h"
+#include "support/killing_operations.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -153,14 +156,39 @@ class Victim {
     Store store = open();
     return digest(store) == expected_;
   }
-  /// Neither a scratch directory nor anything else beside the store.
+  /// Neither a scratch directory nor anything else beside the store or in it.
   bool is_alone() const {
-    return std::distance(fs::directory_iterator(directory_.path()), {}) == 1;
+    return std::distance(fs::directory_iterator(directory_.path()), {}) == 1 && !has_scratch();
+  }
+  bool has_scratch() const {
+    return std::ranges::any_of(fs::directory_iterator(path()),
+                               [](const auto& entry) { return entry.is_directory(); });
   }
 
  private:
-  TemporaryDirectory directory_;
+  TemporaryDirectory directory_{Medium::kMemory};
   Digest expected_;
+};
+
+/// Refuses every change outside the store, as a parent directory of another owner does.
+class NothingBeside final : public FileOperationHook {
+ public:
+  explicit NothingBeside(const fs::path& store) : inside_(store.native() + "/") {
+    set_file_operation_hook(this);
+  }
+  ~NothingBeside() { set_file_operation_hook(nullptr); }
+  NothingBeside(const NothingBeside&) = delete;
+  NothingBeside& operator=(const NothingBeside&) = delete;
+  Verdict before(const FileOperation& operation) noexcept override {
+    const bool allowed = is_harmless(operation.kind) ||
+                         operation.kind == FileOperation::Kind::kSyncDirectory ||
+                         (operation.path / "").native().starts_with(inside_);
+    return {.error = allowed ? 0 : EACCES};
+  }
+  void after(const FileOperation&) noexcept override {}
+
+ private:
+  std::string inside_;
 };
 
 bool is_raw(const Victim& victim, int level, std::uint64_t block) {
@@ -210,6 +238,50 @@ TEST_CASE("Repair_Cancelled_LeavesNothingHalfMade") {
     CHECK(victim.is_as_before());
     CHECK(victim.is_alone());
   }
+}
+
+TEST_CASE("Repair_WhereNothingBesideTheStoreCanBeMade_RepairsIt") {
+  const Victim victim("pread");
+  victim.damage(0, 3, 2);
+  fs::remove(victim.path() / "attribute1.level03.1");
+  {
+    const NothingBeside refused(victim.path());
+    RepairOptions options;
+    for (options.dry_run = true;; options.dry_run = false) {
+      const RepairReport report = repair(victim.path(), options, default_backends());
+      CHECK(report.whole());
+      CHECK(report.rebuilt_count == 1);
+      CHECK(report.rebuilt_files.size() == 1);
+      if (!options.dry_run) break;
+    }
+  }
+  CHECK(victim.is_as_before());
+  CHECK(victim.is_alone());
+}
+
+TEST_CASE("Repair_Killed_DisturbsNoReaderAndTheNextWriterRemovesWhatItLeft") {
+  std::uint64_t last = 0, left_count = 0;
+  for (bool killed = true; killed; last = last * 9 / 8 + 1) {
+    const Victim victim("compressed");
+    victim.damage(0, 3, 2);
+    fs::remove(victim.path() / "lock");
+    killed = run_and_kill_before(
+        last, [&] { static_cast<void>(repair(victim.path(), {}, default_backends())); });
+    CAPTURE(last);
+    left_count += victim.has_scratch();
+    CHECK(victim.damaged_count() <= 1);
+    CHECK(check_store(victim.path(), default_backends()).damaged.empty());
+    if (left_count % 2 == 0) {
+      victim.open(true).close();
+      CHECK(victim.is_alone());
+    }
+    const RepairReport report = repair(victim.path(), {}, default_backends());
+    CHECK(report.whole());
+    CHECK(report.left_over.empty());
+    CHECK(victim.is_alone());
+    CHECK(victim.is_as_before());
+  }
+  CHECK(left_count > 3);
 }
 
 TEST_CASE("Repair_BlocksThatTheDiskDoesNotRead_AreRebuilt") {
