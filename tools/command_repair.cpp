@@ -8,15 +8,15 @@
 #include <string>
 
 #include "arguments.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
-#include "damage_report.h"
 #include "io/machine.h"
 #include "json_text.h"
 #include "measure.h"
 #include "plait/verify.h"
 #include "progress.h"
+#include "report_text.h"
 #include "store/left_overs.h"
 
 namespace plait {
