@@ -11,10 +11,10 @@
 #include <filesystem>
 #include <system_error>
 
+#include "built_in_backends.h"
 #include "choose_backend.h"
 #include "io/machine.h"
 #include "plait/error.h"
-#include "uring/uring_backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

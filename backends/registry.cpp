@@ -1,11 +1,9 @@
 #include "plait/registry.h"
 
+#include "built_in_backends.h"
 #include "choose_backend.h"
-#include "compressed/compressed_backend.h"
-#include "memory/memory_backend.h"
-#include "mmap/mmap_backend.h"
-#include "pread/pread_backend.h"
-#include "uring/uring_backend.h"
+#include "plait/create_store.h"
+#include "plait/layout.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -29,6 +27,18 @@ BackendRegistry default_backends(const PipelineRegistry& pipelines) {
 const BackendRegistry& default_backends() {
   static const BackendRegistry registry = default_backends(default_pipelines());
   return registry;
+}
+
+Store create_store(const std::filesystem::path& path, const BaseMesh& mesh,
+                   const StoreOptions& options) {
+  Store store =
+      Store::create(path, lay_out(mesh, LayoutKind::kAutomatic), options, default_backends());
+  add_base_positions(store);
+  return store;
+}
+
+Store open_store(const std::filesystem::path& path, const OpenOptions& options) {
+  return Store::open(path, options, default_backends());
 }
 
 PLAIT_END_NAMESPACE

@@ -10,7 +10,6 @@
 
 #include "plait.h"
 #include "plait/extend/notices.h"
-#include "plait/extend/parallel_for.h"
 #include "plait/patch_writer.h"
 #include "plait/progress.h"
 #include "plait/reader.h"

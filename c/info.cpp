@@ -7,6 +7,8 @@
 #include "plait.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/edge_index.h"
+#include "plait/extend/store_access.h"
+#include "plait/store_info.h"
 #include "sized.h"
 #include "statistics.h"
 
@@ -27,7 +29,8 @@ plait_store_info info_of(const plait_store& handle) {
   info.scheme = store.provenance().scheme.c_str();
   info.program = store.provenance().program.c_str();
   info.sequence = store.sequence();
-  info.stored_bytes = store.stored_bytes();
+  const plait::StoreInfo figures = store.info();
+  info.stored_bytes = figures.stored_bytes;
   info.block_bytes = options.block_bytes;
   info.budget_bytes = options.budget_bytes;
   info.vertex_count = store.base().vertex_count();
@@ -35,7 +38,7 @@ plait_store_info info_of(const plait_store& handle) {
   info.face_count = store.base().face_count();
   info.border_edge_count = store.base().border_edge_count();
   static_assert(sizeof(info.uuid) == sizeof(StoreUuid));
-  std::memcpy(info.uuid, store.uuid().data(), sizeof(info.uuid));
+  std::memcpy(info.uuid, figures.uuid.data(), sizeof(info.uuid));
   info.attribute_count = static_cast<std::uint32_t>(store.attributes().size());
   info.base_level = store.base_level();
   info.finest_level = store.finest_level();
@@ -159,6 +162,6 @@ plait_status plait_store_get_statistics(const plait_store* store,
   return guarded("plait_store_get_statistics", [&] {
     const plait::Store& of = read_store(store);
     check_result(statistics, "statistics");
-    fill(statistics, statistics_of(of.statistics()));
+    fill(statistics, statistics_of(plait::StoreAccess::pager(of).statistics()));
   });
 }

@@ -1,4 +1,6 @@
 // Texts of a store, attributes of its base faces, and where its mesh was in the program's own.
+#include "plait/notes.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -107,7 +109,7 @@ plait_status plait_store_set_text(plait_store* store, const char* name, const ch
   return guarded("plait_store_set_text", [&] {
     plait::Store& changed = changed_store(store);
     check_given(name, "name");
-    changed.set_text(name, text_or(text, ""));
+    changed.notes().set_text(name, text_or(text, ""));
   });
 }
 
@@ -116,8 +118,8 @@ plait_status plait_store_get_text(const plait_store* store, const char* name, co
     const plait::Store& of = read_store(store);
     check_given(name, "name");
     check_given(text, "text");
-    const auto found = of.texts().find(std::string_view(name));
-    if (found == of.texts().end())
+    const auto found = of.notes().texts().find(std::string_view(name));
+    if (found == of.notes().texts().end())
       throw plait::Error(plait::ErrorCode::kNotFound,
                          fmt::format("{}: no text '{}'", of.path().native(), name));
     *text = found->second.c_str();
@@ -129,8 +131,8 @@ plait_status plait_store_get_text_name(const plait_store* store, uint32_t index,
   return guarded("plait_store_get_text_name", [&] {
     const plait::Store& of = read_store(store);
     check_given(name, "name");
-    if (index >= of.texts().size()) refuse_index("text", index, of.texts().size());
-    *name = std::next(of.texts().begin(), index)->first.c_str();
+    if (index >= of.notes().texts().size()) refuse_index("text", index, of.notes().texts().size());
+    *name = std::next(of.notes().texts().begin(), index)->first.c_str();
   });
 }
 
@@ -144,7 +146,7 @@ plait_status plait_store_add_face_attribute(plait_store* store, const char* name
                          fmt::format("type: expected PLAIT_UINT8, PLAIT_UINT16 or PLAIT_UINT32, "
                                      "found {}",
                                      type));
-    changed.add_face_attribute({name, static_cast<plait::ComponentType>(type), 1});
+    changed.notes().add_face_attribute({name, static_cast<plait::ComponentType>(type), 1});
   });
 }
 
@@ -152,7 +154,7 @@ plait_status plait_store_remove_face_attribute(plait_store* store, const char* n
   return guarded("plait_store_remove_face_attribute", [&] {
     plait::Store& changed = changed_store(store);
     check_given(name, "name");
-    changed.remove_face_attribute(name);
+    changed.notes().remove_face_attribute(name);
   });
 }
 
@@ -161,9 +163,9 @@ plait_status plait_store_get_face_attribute(const plait_store* store, uint32_t i
   return guarded("plait_store_get_face_attribute", [&] {
     const plait::Store& of = read_store(store);
     check_result(info, "info");
-    if (index >= of.face_attributes().size())
-      refuse_index("face attribute", index, of.face_attributes().size());
-    const plait::AttributeSchema& schema = of.face_attributes()[index];
+    if (index >= of.notes().face_attributes().size())
+      refuse_index("face attribute", index, of.notes().face_attributes().size());
+    const plait::AttributeSchema& schema = of.notes().face_attributes()[index];
     plait_attribute_info result = PLAIT_ATTRIBUTE_INFO_INIT;
     result.name = schema.name.c_str();
     result.record_bytes = schema.record_bytes();
@@ -180,7 +182,7 @@ plait_status plait_store_get_face_records(const plait_store* store, const char* 
   return guarded("plait_store_get_face_records", [&] {
     const plait::Store& of = read_store(store);
     check_given(name, "name");
-    const std::span<const std::byte> bytes = of.face_bytes(name);
+    const std::span<const std::byte> bytes = of.notes().face_bytes(name);
     if (records != nullptr) *records = bytes.data();
     if (count != nullptr) *count = of.base().face_count();
   });
@@ -191,7 +193,7 @@ plait_status plait_store_edit_face_records(plait_store* store, const char* name,
   return guarded("plait_store_edit_face_records", [&] {
     plait::Store& changed = changed_store(store);
     check_given(name, "name");
-    const std::span<std::byte> bytes = changed.face_bytes(name);
+    const std::span<std::byte> bytes = changed.notes().face_bytes(name);
     if (records != nullptr) *records = bytes.data();
     if (count != nullptr) *count = changed.base().face_count();
   });

@@ -9,10 +9,9 @@
 #include <cstdlib>
 #include <vector>
 
-#include "plait/layout.h"
+#include "plait/create_store.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
-#include "plait/registry.h"
 #include "plait/subdivide.h"
 #include "plait/visit_vertices.h"
 
@@ -82,9 +81,7 @@ int main(int count, char** words) try {
                               .faces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}});
   const plait::BaseMesh mesh = count > 2 ? plait::read_base_mesh(words[2]) : tetrahedron;
   const int level = count > 3 ? std::atoi(words[3]) : 7;
-  plait::Store store = plait::Store::create(
-      words[1], plait::lay_out(mesh, plait::LayoutKind::kHilbert), {}, plait::default_backends());
-  plait::add_base_positions(store);
+  plait::Store store = plait::create_store(words[1], mesh);
   plait::subdivide(store, {.levels = level, .normals = true});
   double size = 0;
   for (const auto& p : mesh.positions())

@@ -28,6 +28,7 @@
 #include "plait/mesh_io.h"
 #include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 
 namespace {
@@ -128,7 +129,7 @@ bool run(const BaseMesh& base, int levels, const std::filesystem::path& path) {
   const double area_in_store = surface_area(patches, levels);
 
   const std::uint64_t differences = count_differences(arrays, patches, levels);
-  const plait::PagingStatistics paging = store.statistics();
+  const plait::PagingStatistics paging = store.info().paging;
   std::printf("%llu base faces at level %d: %llu vertices\n",
               static_cast<unsigned long long>(base.face_count()), levels,
               static_cast<unsigned long long>(plait::counts_at_level(base, levels).vertices));

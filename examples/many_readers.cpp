@@ -10,16 +10,16 @@
 #include <thread>
 #include <vector>
 
+#include "plait/create_store.h"
 #include "plait/extend/sweep.h"
 #include "plait/reader.h"
-#include "plait/registry.h"
 #include "plait/subdivide.h"
 
 using Point = plait::Vector3<float>;
 
 constexpr int kLevel = 4, kVersions = 20, kReaders = 4;
 
-void make_store(const char* path, const plait::BackendRegistry& backends) {
+void make_store(const char* path) {
   const plait::BaseMesh octahedron = plait::BaseMesh::build(
       {.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
        .faces = {{0, 2, 4},
@@ -30,8 +30,7 @@ void make_store(const char* path, const plait::BackendRegistry& backends) {
                  {1, 2, 5},
                  {3, 1, 5},
                  {0, 3, 5}}});
-  plait::Store store = plait::Store::create(path, octahedron, {}, backends);
-  plait::add_base_positions(store);
+  plait::Store store = plait::create_store(path, octahedron);
   plait::subdivide(store, {.scheme = plait::Scheme::kMidpoint, .levels = kLevel});
   store.commit();
 }
@@ -71,8 +70,7 @@ std::uint64_t read_patches(const plait::Store& store, unsigned seed) {
 
 int main(int count, char** words) try {
   if (count != 2) return std::fprintf(stderr, "usage: many_readers STORE\n"), 2;
-  const plait::BackendRegistry& backends = plait::default_backends();
-  make_store(words[1], backends);
+  make_store(words[1]);
   std::atomic<bool> done = false;
   std::atomic<std::uint64_t> wrong = 0;
   std::vector<std::thread> readers;
@@ -80,10 +78,10 @@ int main(int count, char** words) try {
     readers.emplace_back([&, number] {
       for (bool last = false; !last;) {
         last = done;  // once more after the last commit
-        wrong += read_patches(plait::Store::open(words[1], {}, backends), number);
+        wrong += read_patches(plait::open_store(words[1]), number);
       }
     });
-  plait::Store store = plait::Store::open(words[1], {.writable = true}, backends);
+  plait::Store store = plait::open_store(words[1], {.writable = true});
   while (store.sequence() < kVersions) {
     double_positions(store);
     store.commit();

@@ -12,6 +12,7 @@
 #include "plait/digest.h"
 #include "plait/layout.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "plait/visit_vertices.h"
 
@@ -84,7 +85,7 @@ std::string run(const char* path, const plait::StoreOptions& options, int thread
   set_anchors(store);
   for (int pass = 0; pass < 10; ++pass) smooth(store, threads);
   std::printf("%s: %lu KiB, of which %lu KiB in memory\n", options.backend.c_str(),
-              store.stored_bytes() >> 10, store.statistics().peak_frame_bytes >> 10);
+              store.info().stored_bytes >> 10, store.info().paging.peak_frame_bytes >> 10);
   if (!store.path().empty()) store.commit();
   return keeps_bound(store) ? plait::digest(store).to_string() : "bound exceeded";
 }

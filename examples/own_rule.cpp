@@ -13,8 +13,8 @@
 #include <exception>
 #include <string>
 
+#include "plait/create_store.h"
 #include "plait/digest.h"
-#include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/subdivide.h"
 
@@ -56,8 +56,7 @@ plait::BaseMesh octahedron() {
 std::string refine(const plait::OneRingScheme& scheme, plait::ExecutorKind executor, int levels) {
   plait::StoreOptions in_memory;
   in_memory.backend = "memory";
-  plait::Store store = plait::Store::create({}, octahedron(), in_memory, plait::default_backends());
-  plait::add_base_positions(store);
+  plait::Store store = plait::create_store({}, octahedron(), in_memory);
   plait::SubdivideOptions options;
   options.scheme = scheme;
   options.executor = executor;

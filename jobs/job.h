@@ -26,11 +26,11 @@
 #include <utility>
 #include <vector>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "option_text.h"
 #include "plait/attribute.h"
-#include "plait/extend/thread_count.h"
 #include "plait/job.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "io/machine.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

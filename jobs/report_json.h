@@ -9,6 +9,7 @@
 
 #include "distance/distances.h"
 #include "plait/attribute.h"
+#include "plait/extend/backend_registry.h"
 #include "plait/extend/rounding.h"
 #include "plait/extend/store_access.h"
 #include "plait/store.h"

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <thread>
 
-#include "base/byte_text.h"
-#include "compress_arguments.h"
+#include "base/text.h"
+#include "copy_arguments.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/pipeline_registry.h"

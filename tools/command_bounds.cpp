@@ -8,7 +8,7 @@
 #include <string>
 
 #include "arguments.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
 #include "json_text.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "arguments.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
 #include "instrument/memory_limit.h"

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "arguments.h"
-#include "base/byte_text.h"
-#include "compress_arguments.h"
+#include "base/text.h"
+#include "copy_arguments.h"
 #include "job_command.h"
 #include "report_text.h"
 

@@ -12,9 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "command.h"
-#include "compress_arguments.h"
 #include "console.h"
 #include "conversion/copy_options.h"
 #include "copy_arguments.h"
@@ -25,6 +24,7 @@
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/recode_attribute.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "progress.h"
 #include "store/attribute_levels.h"
 #include "store/new_output.h"
@@ -80,9 +80,9 @@ std::map<std::string, LevelPipelines> pipelines_of_copy(const DisplaceArguments&
     const auto& [schema, finest] = source.attributes()[id];
     if (finest == source.base_level()) continue;
     LevelPipelines& pipeline = pipelines[schema.name];
-    pipeline = chosen                               ? chosen(schema)
-               : source.backend_traits().compressed ? pipelines_of_levels(source, id)
-                                                    : backend.default_pipeline;
+    pipeline = chosen                             ? chosen(schema)
+               : source.info().backend.compressed ? pipelines_of_levels(source, id)
+                                                  : backend.default_pipeline;
     backend.check_pipelines(pipeline, schema);
   }
   return pipelines;
@@ -148,7 +148,7 @@ int run_displace(const DisplaceArguments& arguments, const CommandContext& conte
     displaced = displace(copy, how);
     encode_anew(copy, pipelines, progress);
     copy.commit();
-    stored_bytes = copy.stored_bytes();
+    stored_bytes = copy.info().stored_bytes;
     copy.close();
     progress.clear();
     throw_if_interrupted();

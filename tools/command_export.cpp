@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "argument_text.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "job_command.h"
 
 namespace plait {

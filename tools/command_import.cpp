@@ -8,7 +8,7 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "job_command.h"
 
 namespace plait {

@@ -11,14 +11,15 @@
 #include <utility>
 
 #include "arguments.h"
-#include "base/byte_text.h"
-#include "build_report.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
 #include "json_text.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/store_access.h"
+#include "plait/notes.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "report_json.h"
 #include "report_text.h"
 
@@ -142,14 +143,15 @@ Json attribute_report(Store& store, AttributeId id) {
                  {"base_bytes", std::as_const(store).base_bytes(id).size()},
                  {"pipelines", pipelines_report(store, id)},
                  {"levels", std::move(levels)}};
-  if (const auto& rounding = store.rounding(id)) report["max_error"] = rounding_json(*rounding);
+  if (const auto& rounding = StoreAccess::rounding(store, id))
+    report["max_error"] = rounding_json(*rounding);
   return report;
 }
 
 Json store_report(Store& store, const BackendRegistry& backends) {
   const BaseMesh& base = store.base();
   const StoreOptions& options = store.options();
-  const bool compressed = store.backend_traits().compressed;
+  const bool compressed = store.info().backend.compressed;
   const LevelCounts finest =
       counts_at_level(base, relative_to_base(store.finest_level(), store.base_level()).refinements);
   Json attributes = Json::array();
@@ -167,7 +169,7 @@ Json store_report(Store& store, const BackendRegistry& backends) {
   const BackendChoice automatic = backends.choose({store.path(), raw_bytes, false, {}});
   return {
       {"store", store.path().string()},
-      {"uuid", uuid_text(store.uuid())},
+      {"uuid", uuid_text(store.info().uuid)},
       {"sequence", store.sequence()},
       {"backend", options.backend},
       {"compressed", compressed},
@@ -188,9 +190,9 @@ Json store_report(Store& store, const BackendRegistry& backends) {
         {"border_edges", base.border_edge_count()},
         {"memory_bytes", base.memory_bytes()}}},
       {"finest", {{"vertices", finest.vertices}, {"edges", finest.edges}, {"faces", finest.faces}}},
-      {"texts", texts_report(store.texts())},
-      {"face_attributes", face_attributes_report(store.face_attributes())},
-      {"stored_bytes", store.stored_bytes()},
+      {"texts", texts_report(store.notes().texts())},
+      {"face_attributes", face_attributes_report(store.notes().face_attributes())},
+      {"stored_bytes", store.info().stored_bytes},
       {"levels_raw_bytes", raw_bytes},
       {"levels_stored_bytes", stored_bytes},
       {"block_tables_bytes", table_bytes},

@@ -8,8 +8,8 @@
 
 #include "console.h"
 #include "job_command.h"
-#include "join_report.h"
 #include "json_text.h"
+#include "report_text.h"
 
 namespace plait {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "arguments.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"

@@ -101,7 +101,7 @@ void add_what(CommandLine& command, PaperArguments& arguments) {
   command.add_option("--mesh", request.mesh, "A mesh instead of the generated stand-in")
       ->type_name("FILE");
   add_whole_option(command, "--vertices", request.vertices, 4, 100'000'000,
-                   "A stand-in with so many vertices, to try the command");
+                   "A stand-in with this number of vertices, to try the command");
   add_whole_option(command, "--levels", request.levels, 1, 12, "The level; default: the paper's");
   command
       .add_option("--executor", request.executors,

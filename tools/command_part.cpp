@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "job_command.h"
 
 namespace plait {

@@ -8,14 +8,14 @@
 #include <string>
 
 #include "arguments.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
-#include "damage_report.h"
 #include "json_text.h"
 #include "measure.h"
 #include "plait/verify.h"
 #include "progress.h"
+#include "report_text.h"
 
 namespace plait {
 namespace {

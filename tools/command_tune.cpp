@@ -12,7 +12,7 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
 #include "conversion/conversion_job.h"

@@ -10,10 +10,9 @@
 #include <string>
 
 #include "arguments.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
-#include "damage_report.h"
 #include "interrupt.h"
 #include "json_text.h"
 #include "measure.h"
@@ -21,6 +20,7 @@
 #include "plait/store.h"
 #include "plait/verify.h"
 #include "progress.h"
+#include "report_text.h"
 
 namespace plait {
 namespace {

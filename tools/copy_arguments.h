@@ -10,7 +10,9 @@
 #include "arguments.h"
 #include "command.h"
 #include "conversion/copy_options.h"
+#include "plait/compression.h"
 #include "plait/extend/backend_registry.h"
+#include "plait/options.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -36,5 +38,20 @@ Store open_source(const CopyArguments& arguments, const CommandContext& context)
 
 /// The choices for the copy.
 CopyChoices choices_of(const CopyArguments& arguments);
+
+}  // namespace plait
+
+// What --compress and --max-error mean for the commands that make a
+// store.
+
+namespace plait {
+
+/// What the texts of --compress choose. Errors: as Compression::add().
+Compression compression_of(const std::vector<std::string>& texts);
+/// The pipelines that they choose for a store with the levels of `store`. Errors: also as
+/// Compression::check_levels().
+PipelinesOf pipelines_of(const std::vector<std::string>& texts, const Store& store);
+/// The text about --max-error for --help.
+std::string max_error_help();
 
 }  // namespace plait

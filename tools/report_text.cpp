@@ -8,6 +8,13 @@
 #include <string>
 
 #include "argument_text.h"
+#include "arguments.h"
+#include "built_in_backends.h"
+#include "console.h"
+#include "json_text.h"
+#include "plait/detail/scheme.h"
+#include "plait/error.h"
+#include "plait/version.h"
 
 namespace plait {
 namespace {
@@ -89,6 +96,152 @@ std::string distances_text(std::string_view name, const Json& distances, double 
       of_diagonal("percentile_99_9"), of_diagonal("max"), number("rms") / mean_edge,
       number("max") / mean_edge, number("mean_normal_degrees"),
       number("percentile_99_normal_degrees"));
+}
+
+}  // namespace plait
+
+namespace plait {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+#if defined(__clang__)
+constexpr const char* kCompiler = "clang " __clang_version__;
+#elif defined(__GNUC__)
+constexpr const char* kCompiler = "gcc " __VERSION__;
+#else
+constexpr const char* kCompiler = "unknown";
+#endif
+
+Json backend_json(const RegisteredBackend& backend) {
+  Json json = {{"name", backend.name}, {"summary", backend.summary}, {"available", true}};
+  try {
+    backend.check_machine();
+    if (backend.name == "uring") check_uring();  // pread would stand in for it
+  } catch (const Error& error) {
+    json["available"] = false;
+    json["reason"] = error.what();
+  }
+  return json;
+}
+
+std::string list_of(const Json& names) {
+  std::string text;
+  for (const Json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
+  return text;
+}
+
+}  // namespace
+
+Json build_report(const Plugins& plugins) {
+  const BackendRegistry& backends = plugins.backends();
+  Json report = {{"version", PLAIT_VERSION}, {"compiler", kCompiler}};
+  report["backends"] = Json::array();
+  for (const std::string& name : backends.names())
+    report["backends"].push_back(backend_json(backends.find(name)));
+  report["codecs"] = plugins.pipelines().codec_names();
+  report["filters"] = plugins.pipelines().filter_names();
+  report["schemes"] = Json::array();
+  for (const SchemeTraits& scheme : schemes()) report["schemes"].push_back(scheme.name);
+  report["plugins"] = Json::array();
+  for (const LoadedPlugin& plugin : plugins.loaded())
+    report["plugins"].push_back({{"file", plugin.file.native()},
+                                 {"backends", plugin.backends},
+                                 {"codecs", plugin.codecs},
+                                 {"filters", plugin.filters}});
+  return report;
+}
+
+std::string build_text(const Json& report) {
+  std::string text =
+      fmt::format("version    {}\ncompiler   {}\nbackends\n", report["version"].get<std::string>(),
+                  report["compiler"].get<std::string>());
+  for (const Json& backend : report["backends"]) {
+    text += fmt::format("  {:<10} {}\n", backend["name"].get<std::string>(),
+                        backend["summary"].get<std::string>());
+    if (backend.contains("reason"))
+      text += fmt::format("  {:<10} not available here: {}\n", "",
+                          backend["reason"].get<std::string>());
+  }
+  for (const char* const kind : {"codecs", "filters", "schemes"})
+    text += fmt::format("{:<10} {}\n", kind, list_of(report[kind]));
+  for (const Json& plugin : report["plugins"]) {
+    text += fmt::format("plug-in    {}\n", plugin["file"].get<std::string>());
+    for (const char* const kind : {"backends", "codecs", "filters"})
+      if (!plugin[kind].empty()) text += fmt::format("  {:<10} {}\n", kind, list_of(plugin[kind]));
+  }
+  return text;
+}
+
+}  // namespace plait
+
+namespace plait {
+
+nlohmann::ordered_json to_json(const std::vector<DamagedBlock>& blocks) {
+  nlohmann::ordered_json result = nlohmann::ordered_json::array();
+  for (const DamagedBlock& block : blocks)
+    result.push_back({{"attribute", block.attribute},
+                      {"level", block.level},
+                      {"block", block.block},
+                      {"file_offset", block.file_offset},
+                      {"first_edge", block.first_edge},
+                      {"edge_after", block.edge_after},
+                      {"reason", block.reason}});
+  return result;
+}
+
+std::string to_text(std::string_view word, const std::vector<DamagedBlock>& blocks,
+                    std::uint64_t count) {
+  std::string text;
+  for (const DamagedBlock& block : blocks)
+    text += fmt::format("{}: {}, level {}, block {}, file offset {}, edges {} to {}: {}\n", word,
+                        block.attribute, block.level, block.block, block.file_offset,
+                        block.first_edge, block.edge_after - 1, block.reason);
+  if (count > blocks.size())
+    text += fmt::format("{}: and {} blocks more\n", word, format_count(count - blocks.size()));
+  return text;
+}
+
+std::string to_text(const std::vector<std::string>& left_over,
+                    const std::vector<std::string>& notes) {
+  std::string text;
+  for (const std::string& note : notes) text += fmt::format("note: {}\n", note);
+  for (const std::string& name : left_over)
+    text += fmt::format("left over: {}: no version refers to it\n", name);
+  return text;
+}
+
+}  // namespace plait
+
+namespace plait {
+
+int report_incomplete(const std::filesystem::path& plan, const JoinResult& parts, bool json) {
+  for (const std::string& reason : parts.reasons) report_warning(reason);
+  if (json)
+    print(json_text(nlohmann::ordered_json({{"plan", plan.string()},
+                                            {"missing", parts.missing},
+                                            {"bad", parts.bad},
+                                            {"array", parts.again()}})));
+  else
+    print(parts.again() + "\n");
+  return kExitIncomplete;
+}
+
+int report_join(const JoinResult& joined, const std::filesystem::path& plan,
+                const std::filesystem::path& store, double seconds, bool json) {
+  if (!joined.has_store) return report_incomplete(plan, joined, json);
+  if (!json) {
+    print(fmt::format("{}: version {}, {:.2f} s\n{}\n", store.native(), joined.version, seconds,
+                      joined.digest));
+    return kExitDone;
+  }
+  const nlohmann::ordered_json report = {{"plan", plan.string()},
+                                         {"store", store.string()},
+                                         {"version", joined.version},
+                                         {"digest", joined.digest},
+                                         {"seconds", seconds}};
+  print(json_text(report));
+  return kExitDone;
 }
 
 }  // namespace plait

@@ -1,9 +1,17 @@
-// tools/report_text.h: what several reports have (report_json.h of jobs/), as text.
+// tools/report_text.h: reports of the commands, as text for people.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "plait/extend/parts.h"
+#include "plait/extend/plugins.h"
+#include "plait/verify.h"
 
 namespace plait {
 
@@ -24,5 +32,52 @@ std::string figures_text(const nlohmann::ordered_json& figures);
 /// Two lines, in percent of `diagonal` and in mean edges. `name` says from where to where.
 std::string distances_text(std::string_view name, const nlohmann::ordered_json& distances,
                            double diagonal, double mean_edge);
+
+}  // namespace plait
+
+// What this build of plait contains, and what its plug-ins add.
+
+namespace plait {
+
+/// {"version", "compiler", "backends": [{"name", "summary", "available", "reason"}], "codecs",
+/// "filters", "schemes", "plugins": [{"file", "backends", "codecs", "filters"}]}. `reason` is there
+/// if a backend cannot be used on this machine. Backends, codecs and filters are the built-in ones
+/// and those of plug-ins; `plugins` tells which plug-in added what.
+nlohmann::ordered_json build_report(const Plugins& plugins);
+/// The same as lines of text.
+std::string build_text(const nlohmann::ordered_json& report);
+
+}  // namespace plait
+
+// Formats damage as text and as JSON, for verify and repair.
+
+namespace plait {
+
+nlohmann::ordered_json to_json(const std::vector<DamagedBlock>& blocks);
+
+/// One line for each block, beginning with `word`. If `count` is larger than the number of blocks,
+/// another line gives the difference.
+std::string to_text(std::string_view word, const std::vector<DamagedBlock>& blocks,
+                    std::uint64_t count);
+
+/// Lines about left-over files and other findings that are not damage.
+std::string to_text(const std::vector<std::string>& left_over,
+                    const std::vector<std::string>& notes);
+
+}  // namespace plait
+
+// What plait join and plait-mpi say of a join.
+
+namespace plait {
+
+/// Parts are missing or bad (`plait join --help`).
+constexpr int kExitIncomplete = 4;
+
+/// Prints the digest of the store, or what is missing; with `json` an object. Returns the exit
+/// status.
+int report_join(const JoinResult& joined, const std::filesystem::path& plan,
+                const std::filesystem::path& store, double seconds, bool json);
+/// The same for parts that are not done, without a join.
+int report_incomplete(const std::filesystem::path& plan, const JoinResult& parts, bool json);
 
 }  // namespace plait

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-#include "compressed/codec_timer.h"
+#include "compressed/codec_time.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

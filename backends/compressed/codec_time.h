@@ -2,6 +2,7 @@
 // that tell where their time went.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 
 #include "plait/detail/namespace.h"
@@ -14,5 +15,23 @@ PLAIT_BEGIN_NAMESPACE
 /// process, as getrusage() does: take the difference between two calls. Safe from any thread.
 /// Pinned by tests/backends/compressed/compressed_backend_test.cpp.
 std::uint64_t codec_nanoseconds() noexcept;
+
+PLAIT_END_NAMESPACE
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+// Counts the time of one block in filters and codecs.
+
+/// Adds the time of its life to codec_nanoseconds(). One for a block, so two looks at the clock.
+class CodecTimer {
+ public:
+  CodecTimer() noexcept : start_(std::chrono::steady_clock::now()) {}
+  ~CodecTimer();
+  CodecTimer(const CodecTimer&) = delete;
+  CodecTimer& operator=(const CodecTimer&) = delete;
+
+ private:
+  std::chrono::steady_clock::time_point start_;
+};
 
 PLAIT_END_NAMESPACE

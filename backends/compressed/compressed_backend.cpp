@@ -1,5 +1,3 @@
-#include "compressed/compressed_backend.h"
-
 #include <fmt/format.h>
 #include <lz4.h>
 
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "base/caught.h"
+#include "built_in_backends.h"
 #include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
 #include "compressed/level_coder.h"

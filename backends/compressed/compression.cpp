@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/message_text.h"
+#include "base/text.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

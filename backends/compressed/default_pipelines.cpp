@@ -2,11 +2,7 @@
 #include <string_view>
 
 #include "compressed/codecs/built_in_codecs.h"
-#include "compressed/filters/columns_filter.h"
-#include "compressed/filters/hierarchy_filter.h"
-#include "compressed/filters/lattice_filter.h"
-#include "compressed/filters/normals_filter.h"
-#include "compressed/filters/shuffle_filter.h"
+#include "compressed/filters/built_in_filters.h"
 #include "plait/registry.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

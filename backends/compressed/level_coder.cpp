@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/default_arithmetic.h"
-#include "compressed/codec_timer.h"
+#include "compressed/codec_time.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

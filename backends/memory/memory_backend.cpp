@@ -1,11 +1,10 @@
-#include "memory/memory_backend.h"
-
 #include <sys/mman.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <limits>
 
+#include "built_in_backends.h"
 #include "level_file.h"
 #include "plait/error.h"
 

@@ -1,5 +1,3 @@
-#include "mmap/mmap_backend.h"
-
 #include <fmt/format.h>
 #include <sys/mman.h>
 
@@ -7,11 +5,11 @@
 #include <boost/interprocess/mapped_region.hpp>
 #include <cerrno>
 
+#include "built_in_backends.h"
 #include "io/file_operations.h"
 #include "io/system_call.h"
 #include "level_file.h"
 #include "plait/error.h"
-#include "pread/pread_backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

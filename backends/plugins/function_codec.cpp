@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "base/message_text.h"
+#include "base/text.h"
 #include "plait/error.h"
 #include "plait/extend/codec.h"
 #include "plait/extend/filter.h"

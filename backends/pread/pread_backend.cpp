@@ -1,10 +1,9 @@
-#include "pread/pread_backend.h"
-
 #include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "built_in_backends.h"
 #include "level_file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

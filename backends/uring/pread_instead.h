@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "blocks/telling_volume.h"
+#include "built_in_backends.h"
 #include "plait/error.h"
 #include "plait/extend/backend.h"
-#include "pread/pread_backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

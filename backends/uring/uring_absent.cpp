@@ -1,6 +1,6 @@
+#include "built_in_backends.h"
 #include "plait/error.h"
 #include "uring/pread_instead.h"
-#include "uring/uring_backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

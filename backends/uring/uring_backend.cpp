@@ -6,8 +6,6 @@
 // blocks of the level begin and end at page boundaries. Whole pages go past the page cache. Shared
 // pages always go through the page cache: there the kernel combines the parts, even if several
 // threads write them at the same time. No byte is ever accessed both ways.
-#include "uring/uring_backend.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -20,6 +18,7 @@
 
 #include "base/caught.h"
 #include "blocks/telling_volume.h"
+#include "built_in_backends.h"
 #include "io/file_operations.h"
 #include "io/system_call.h"
 #include "level_file.h"

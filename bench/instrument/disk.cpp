@@ -14,7 +14,7 @@
 #include <memory>
 #include <system_error>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "instrument/process.h"
 #include "plait/error.h"
 

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <utility>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "instrument/figure_text.h"
 #include "instrument/page.h"
 

@@ -25,6 +25,7 @@
 #include "plait/extend/rule_patches.h"
 #include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 
 namespace {
@@ -104,7 +105,7 @@ void run(const Settings& settings) {
       if (turn > 0)  // the first turn only touches the memory
         table.add({subject.name}, {time, 1e9 * time / static_cast<double>(vertices), time / first});
     }
-  const std::uint64_t read = on_disk.statistics().blocks_read;
+  const std::uint64_t read = on_disk.info().paging.blocks_read;
   const std::uint64_t differences = count_differences(in_core, memory_patches, settings.level) +
                                     count_differences(in_core, disk_patches, settings.level);
   if (differences > 0)

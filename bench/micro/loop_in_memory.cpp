@@ -3,9 +3,9 @@
 //   plait_bench_loop_in_memory [--mesh FILE] [--first 3] [--last 6] [--runs 5] [--threads 1,2]
 //
 // Without --mesh it takes an octahedron, refined in memory to 8192 faces. It measures every level,
-// positions alone and with normals, on so many threads: the time from a base mesh in its layout to
-// finished levels in memory that was touched before. Right after each run it measures the floor:
-// memcpy of as many bytes on as many threads. The first run does not count.
+// positions alone and with normals, on each number of threads: the time from a base mesh in its
+// layout to finished levels in memory that was touched before. Right after each run it measures the
+// floor: memcpy of as many bytes on as many threads. The first run does not count.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace {
 using namespace plait;
 using namespace plait::bench;
 
-/// The seconds of copying so many bytes into memory that was touched before.
+/// The seconds of copying `bytes` bytes into memory that was touched before.
 double copy_seconds(RecycledPages& pages, std::uint64_t bytes, int threads) {
   constexpr std::uint64_t kSource = 64 << 20;  // larger than most caches
   std::byte* const to = pages.take(bytes);

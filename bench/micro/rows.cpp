@@ -22,8 +22,7 @@
 #include <utility>
 #include <vector>
 
-#include "fused/lattice_buffer.h"
-#include "fused/ring_shape.h"
+#include "fused/patch_lattice.h"
 #include "micro/command_line.h"
 #include "micro/support.h"
 #include "rows/dispatched_rows.h"

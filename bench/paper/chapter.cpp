@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "argument_text.h"
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "instrument/figure_text.h"
 #include "paper/report.h"
 

@@ -25,7 +25,8 @@ namespace plait::paper {
 /// The layouts of `spans` are given, spatial (the paper's), hilbert and rcm.
 nlohmann::json mesh_tables(const BaseMesh& mesh, int levels);
 
-/// Figures 6 and 7: the span diagram of the mesh in the given order, at most so many pixels wide.
+/// Figures 6 and 7: the span diagram of the mesh in the given order, with the most pixels that its
+/// width may have.
 Image span_picture(const BaseMesh& mesh, LayoutKind order, std::size_t most_width);
 
 /// The picture with half the width and height; each pixel is the mean of four. An odd last row or

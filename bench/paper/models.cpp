@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "base/name_table.h"
+#include "base/text.h"
 #include "generate/generate.h"
 #include "generate/reduce.h"
 #include "plait/subdivide.h"

@@ -14,6 +14,7 @@
 #include "plait/error.h"
 #include "plait/mesh_io.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 
 namespace plait::paper {
@@ -69,7 +70,7 @@ json measure(const ReportRequest& request, const fs::path& path, const PlannedRu
                  {"layout", store.provenance().layout},
                  {"budget_bytes", options.budget_bytes},
                  {"vertices", counts_at_level(store.base(), request.levels).vertices},
-                 {"stored_bytes", store.stored_bytes()},
+                 {"stored_bytes", store.info().stored_bytes},
                  {"on_disk", durable}};
   result["digest"] = digest(store, {.threads = request.threads}).to_string();
   store.close();

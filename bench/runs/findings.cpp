@@ -7,7 +7,7 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "instrument/figure_text.h"
 #include "runs/report_page.h"
 

@@ -18,6 +18,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "runs/read_runs.h"
 
@@ -145,13 +146,13 @@ nlohmann::ordered_json latencies_to_json(std::vector<double> seconds) {
 
 nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, double seconds,
                                const Needed& needed, double sync_seconds) {
-  const PagingStatistics paging = store.statistics();
+  const PagingStatistics paging = store.info().paging;
   const double wait = 1e-9 * static_cast<double>(paging.read_wait_ns + paging.write_wait_ns);
   const double compute = seconds - sync_seconds - wait / run.cell.threads;
   const nlohmann::ordered_json split = {
       {"compute", or_null(compute >= 0, compute)},
       {"wait", wait},
-      {"codec", or_null(store.backend_traits().compressed,
+      {"codec", or_null(store.info().backend.compressed,
                         1e-9 * static_cast<double>(codec_nanoseconds() - run.codec_before_ns))},
       {"sync", sync_seconds}};
   nlohmann::ordered_json bytes;
@@ -165,7 +166,7 @@ nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, doubl
       run.disk ? instrument::device_traffic(*run.disk) - run.disk_before : instrument::Traffic{});
   add("process", instrument::process_traffic());
   bytes["blocks_read"] = paging.blocks_read;
-  bytes["stored"] = store.stored_bytes();
+  bytes["stored"] = store.info().stored_bytes;
   return {{"seconds", seconds},
           {"bytes", bytes},
           {"split", split},

@@ -9,7 +9,8 @@
 #include <set>
 #include <span>
 
-#include "base/byte_text.h"
+#include "base/text.h"
+#include "built_in_backends.h"
 #include "instrument/process.h"
 #include "io/machine.h"
 #include "plait/base_mesh.h"
@@ -17,7 +18,6 @@
 #include "plait/mesh_io.h"
 #include "runs/measured_store.h"
 #include "runs/workloads.h"
-#include "uring/uring_backend.h"
 
 namespace plait::bench {
 namespace {

@@ -17,7 +17,7 @@
 #include "instrument/scratch_directory.h"
 #include "instrument/surroundings.h"
 #include "plait/error.h"
-#include "plait/extend/thread_count.h"
+#include "plait/progress.h"
 #include "runs/findings.h"
 #include "runs/floors.h"
 #include "runs/read_runs.h"

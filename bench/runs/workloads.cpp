@@ -8,8 +8,8 @@
 #include <chrono>
 #include <vector>
 
-#include "base/name_table.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "instrument/in_threads.h"
 #include "instrument/random_faces.h"
 #include "plait/digest.h"
@@ -24,7 +24,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Position = Vector3<float>;
 
-/// A slow disk serves so many in a second or two; on a fast one the run is repeated.
+/// The number that a slow disk serves in a second or two; on a fast one the run is repeated.
 constexpr std::size_t kRequests = 160;
 
 /// Reads one patch and returns its hash without the lowest bits. `seconds` becomes the time that it

@@ -11,6 +11,7 @@
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
+#include "plait/store_info.h"
 
 namespace plait::tune {
 namespace {
@@ -176,7 +177,7 @@ CopyRun store_and_read(Store& source, const Choice& choice, const fs::path& path
     copy_all(source, copy, proceed, run);
     copy.commit();
     run.write_seconds = clock.seconds();
-    run.stored_bytes = static_cast<double>(copy.stored_bytes());
+    run.stored_bytes = static_cast<double>(copy.info().stored_bytes);
     count_blocks(copy, run);
     copy.close();
     if (reads == Reads::kCold) read_cold(path, budget, backends, proceed, run);

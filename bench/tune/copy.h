@@ -10,6 +10,7 @@
 
 #include "plait/compression.h"
 #include "plait/error.h"
+#include "plait/extend/backend_registry.h"
 #include "plait/extend/pipeline_registry.h"
 #include "plait/store.h"
 

@@ -8,8 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "base/byte_text.h"
-#include "base/name_table.h"
+#include "base/text.h"
 #include "instrument/figure_text.h"
 #include "instrument/page.h"
 

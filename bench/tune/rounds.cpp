@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/name_table.h"
+#include "base/text.h"
 #include "plait/error.h"
 
 namespace plait::tune {

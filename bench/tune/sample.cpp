@@ -109,7 +109,7 @@ Sample take_sample(const Store& source, std::uint64_t most_bytes,
   std::size_t most = 0;
   for (const AttributeId id : refined_attributes(source)) {
     const auto& schema = sample.attributes.emplace_back(source.attributes()[id].schema);
-    const auto& rounding = source.rounding(id);
+    const auto& rounding = StoreAccess::rounding(source, id);
     candidates.push_back(candidate_pipelines(
         registry, schema,
         rounding && rounding->step > 0 ? std::optional(rounding->step) : std::nullopt));

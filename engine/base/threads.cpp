@@ -3,11 +3,20 @@
 #include <fmt/format.h>
 #include <pthread.h>
 
+#include <algorithm>
+#include <atomic>
 #include <csignal>
+#include <cstddef>
+#include <exception>
 #include <initializer_list>
+#include <mutex>
+#include <thread>
 #include <utility>
+#include <vector>
 
+#include "base/caught.h"
 #include "plait/error.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -58,6 +67,48 @@ void refuse_thread(std::string_view what, std::string_view reason) {
               fmt::format("start {}: {}; the limits are ulimit -u and the pids of the container: "
                           "take fewer threads",
                           what, reason));
+}
+
+void call_workers(const ParallelFor& parallel_for, int count, std::string_view name,
+                  const std::function<void(int)>& work) {
+  std::vector<std::atomic<bool>> begun(static_cast<std::size_t>(count));
+  std::atomic<int> ended = 0;
+  std::atomic<bool> wrong_call = false;
+  std::mutex mutex;
+  std::exception_ptr failure;
+  parallel_for(count, [&](int worker) {
+    if (worker < 0 || worker >= count || begun[static_cast<std::size_t>(worker)].exchange(true)) {
+      wrong_call = true;
+      return;
+    }
+    try {
+      work(worker);
+    } catch (...) {
+      const std::scoped_lock lock(mutex);
+      keep_first(failure);
+    }
+    ++ended;
+  });
+  if (failure) std::rethrow_exception(failure);
+  if (wrong_call)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("{}: the program's parallel_for called a body twice, or with a number "
+                            "that is not in [0, {})",
+                            name, count));
+  if (ended != count)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("{}: the program's parallel_for ran {} bodies, expected {}", name,
+                            ended.load(), count));
+}
+
+int thread_count(int threads, std::string_view work) {
+  constexpr int kMost = 1024;
+  if (threads < 0 || threads > kMost)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: {} threads, expected 1 to {}, or 0 for all processors", work,
+                            threads, kMost));
+  if (threads > 0) return threads;
+  return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMost);
 }
 
 PLAIT_END_NAMESPACE

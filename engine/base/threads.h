@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "plait/detail/namespace.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -119,5 +120,15 @@ void ranges_on_workers(std::size_t count, std::size_t grain, const Body& body) {
     });
   });
 }
+
+PLAIT_END_NAMESPACE
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// Calls work(0) to work(count - 1) by `parallel_for`, and throws the first exception of any of
+/// them. Workers take what they do from a queue, so it does not matter how many threads there are.
+/// `name` begins the message. Errors: also kBadState unless `parallel_for` keeps its promise.
+void call_workers(const ParallelFor& parallel_for, int count, std::string_view name,
+                  const std::function<void(int)>& work);
 
 PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "base/message_text.h"
+#include "base/text.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

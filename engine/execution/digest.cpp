@@ -15,7 +15,7 @@
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
-#include "plait/extend/thread_count.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -186,7 +186,7 @@ Digest digest(const Store& store, const DigestOptions& options) try {
       sum.add(digest_of_levels(store, *together, options, threads));
       return sum.sum();
     } catch (const Error& error) {
-      // So many blocks at once, each with its context, are more than the budget holds.
+      // That number of blocks at once, each with its context, is more than the budget holds.
       if (error.code() != ErrorCode::kBudget) throw;
     }
   }

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "execution/sweep/stencil.h"
-#include "execution/sweep/sweep_chunks.h"
+#include "execution/sweep/sweep_window.h"
 #include "paging/frame_pool.h"
 #include "plait/extend/level_geometry.h"
 #include "plait/extend/store_access.h"

@@ -10,11 +10,10 @@
 #include <string>
 #include <utility>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "format/byte_order.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
-#include "format/packed_maps.h"
 #include "format/packed_mesh.h"
 #include "io/machine.h"
 #include "plait/error.h"

@@ -1,5 +1,5 @@
 // The file base.mesh: the imported positions, and the faces in layout order, packed
-// (format/packed_mesh.h) and compressed; then where they were in the input (format/packed_maps.h).
+// (format/packed_mesh.h) and compressed; then where they were in the input (format/packed_mesh.h).
 // Byte table: docs/format.md.
 #pragma once
 

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/utf8.h"
+#include "base/text.h"
 #include "format/byte_order.h"
 #include "plait/error.h"
 

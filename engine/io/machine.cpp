@@ -6,9 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cerrno>
 #include <fstream>
 #include <limits>
+#include <random>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -123,6 +126,47 @@ std::uint64_t largest_file_bytes() {
   rlimit limit{};
   if (::getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kAny;
   return limit.rlim_cur;
+}
+
+std::uint64_t bytes_on_disk(const File& file, std::uint64_t enough) {
+  std::uint64_t counted = 0;
+  for (off_t hole = 0; counted < enough;) {
+    const off_t data = ::lseek(file.descriptor(), hole, SEEK_DATA);
+    if (data < 0) return errno == ENXIO ? counted : file.size();
+    hole = ::lseek(file.descriptor(), data, SEEK_HOLE);
+    if (hole < 0) return file.size();
+    counted += static_cast<std::uint64_t>(hole - data);
+  }
+  return counted;
+}
+
+namespace {
+
+OwnMachine find_own_machine() {
+  constexpr std::size_t kMostOfHost = 32, kStart = 8;
+  OwnMachine machine;
+  std::array<char, 256> name{};
+  machine.host = ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "host";
+  machine.host.resize(std::min(machine.host.size(), kMostOfHost));
+  for (char& c : machine.host)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.') c = '_';
+  if (machine.host.empty()) machine.host = "host";
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> machine.start;
+  machine.start.resize(std::min(machine.start.size(), kStart));
+  if (machine.start.empty()) machine.start = random_hex();
+  return machine;
+}
+
+}  // namespace
+
+const OwnMachine& own_machine() {
+  static const OwnMachine machine = find_own_machine();
+  return machine;
+}
+
+std::string random_hex() {
+  std::random_device device;
+  return fmt::format("{:08x}", device());
 }
 
 PLAIT_END_NAMESPACE

@@ -1,12 +1,12 @@
-// io/machine.h: the current directory, free memory and free disk space of the machine, to check
-// before a long run begins. Other processes use the machine too, so each figure may be out of date
-// a moment later.
+// io/machine.h: what a process learns of its machine.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "plait/detail/namespace.h"
+#include "plait/extend/file.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -27,5 +27,31 @@ std::uint64_t free_disk_bytes(const std::filesystem::path& path);
 /// The size in bytes of the largest file that this process may write (RLIMIT_FSIZE). 2^64 - 1 means
 /// no limit.
 std::uint64_t largest_file_bytes();
+
+PLAIT_END_NAMESPACE
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+// How much of a file is on the disk. A sparse file costs nothing and can be of any
+// size, so its size is no reason to spend time or memory on it.
+
+/// The bytes of the file that are not in holes (SEEK_DATA), all of them where the file system does
+/// not know holes. Stops to count at `enough`, and may return more.
+std::uint64_t bytes_on_disk(const File& file, std::uint64_t enough);
+
+// The name of this machine in names of files, so that no machine takes the
+// unfinished work of another one for its own.
+
+/// Processes with the same two see each other's locks (flock), also from different containers. The
+/// name of the host alone does not say that: on many file systems two machines of one name, as
+/// containers often have, do not see each other's locks.
+struct OwnMachine {
+  std::string host;   ///< at most 32 characters of [A-Za-z0-9_.]
+  std::string start;  ///< of its kernel, 8 characters; random if the system does not tell it
+};
+const OwnMachine& own_machine();
+
+/// 8 hexadecimal digits.
+std::string random_hex();
 
 PLAIT_END_NAMESPACE

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "io/locks.h"
+#include "io/machine.h"
 #include "io/made_mark.h"
-#include "io/own_machine.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

@@ -1,4 +1,4 @@
-#include "base/name_table.h"
+#include "base/text.h"
 #include "plait/layout.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

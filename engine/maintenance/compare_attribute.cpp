@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "maintenance/source_session.h"
+#include "maintenance/read_block.h"
 #include "paging/level_cursor.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"

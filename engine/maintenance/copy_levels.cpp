@@ -7,10 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "maintenance/source_session.h"
+#include "maintenance/read_block.h"
 #include "paging/level_cursor.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
+#include "plait/notes.h"
 #include "store/attribute_levels.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -100,7 +101,7 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
       for (int level = first; level <= finest; ++level) copy_levels_of(level, level);
     }
   }
-  const std::optional<Rounding>& earlier = from.rounding(attribute);
+  const std::optional<Rounding>& earlier = StoreAccess::rounding(from, attribute);
   StoreAccess::set_rounding(to, copy, rounder != nullptr ? rounder->result(earlier) : earlier);
 } catch (const std::bad_alloc&) {
   throw out_of_memory("copy levels");
@@ -115,11 +116,11 @@ void copy_levels(Store& from, Store& to, const ProgressCallback& progress,
   const ProgressCallback count = [&](const Progress& now) {
     return !progress || progress({now.phase, done_bytes + now.done, total_bytes});
   };
-  for (const auto& [name, text] : from.texts()) to.set_text(name, text);
-  for (const AttributeSchema& schema : from.face_attributes()) {
-    to.add_face_attribute(schema);
-    std::ranges::copy(std::as_const(from).face_bytes(schema.name),
-                      to.face_bytes(schema.name).begin());
+  for (const auto& [name, text] : from.notes().texts()) to.notes().set_text(name, text);
+  for (const AttributeSchema& schema : from.notes().face_attributes()) {
+    to.notes().add_face_attribute(schema);
+    std::ranges::copy(std::as_const(from).notes().face_bytes(schema.name),
+                      to.notes().face_bytes(schema.name).begin());
   }
   std::vector<AttributeId> copies;
   for (const AttributeInfo& info : from.attributes())

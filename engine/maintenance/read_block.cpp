@@ -1,10 +1,13 @@
 #include "maintenance/read_block.h"
 
+#include <algorithm>
 #include <array>
 #include <future>
 #include <utility>
 #include <vector>
 
+#include "paging/frame_pool.h"
+#include "plait/extend/pager.h"
 #include "plait/extend/store_access.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -63,6 +66,14 @@ void read_block(const Store& store, AttributeId attribute, int level, std::uint6
   transfer.listener = &waiting;
   backend.start(transfer);
   waiting.wait();
+}
+
+Session open_source_session(const Store& store, const LevelFile& level) {
+  if (needs_other_blocks(level)) return StoreAccess::open_session(store);
+  constexpr std::uint64_t kBlocks = Pager::kInFlight + 2;  // one is pinned, one was before
+  const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
+  const std::uint64_t half = StoreAccess::pager(store).budget_bytes() / 2;
+  return StoreAccess::open_session(store, {.share_bytes = std::min(kBlocks * frame_bytes, half)});
 }
 
 PLAIT_END_NAMESPACE

@@ -1,4 +1,4 @@
-// Reads one block from its file, even if the pager has it in memory.
+// maintenance/read_block.h: reads blocks of a store to compare, copy or repair them.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "plait/detail/namespace.h"
 #include "plait/extend/backend.h"
 #include "plait/extend/session.h"
 #include "plait/store.h"
@@ -29,5 +30,13 @@ class PinnedContext {
 /// changed blocks. Errors: those of Backend::read(); kBudget if the needed blocks do not fit.
 void read_block(const Store& store, AttributeId attribute, int level, std::uint64_t block,
                 std::span<std::byte> into);
+
+// The session of a sweep that reads each block of a level
+// once, beside another session that does the work.
+
+/// If a block of the level can be read without other blocks, the session gets a small share of the
+/// budget, which is enough for reading ahead. The rest is for the session that does the work.
+/// Errors: kOutOfMemory.
+Session open_source_session(const Store& store, const LevelFile& level);
 
 PLAIT_END_NAMESPACE

@@ -9,6 +9,7 @@
 #include "mesh/connectivity.h"
 #include "mesh/parallel_parts.h"
 #include "plait/error.h"
+#include "plait/extend/level_geometry.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -115,7 +116,7 @@ BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
   result.edges_ = number_edges(result.faces_, sides.twins, sides.border_count);
   result.face_edges_ = std::move(sides.twins);
   result.border_edges_ = find_border_edges(result.edges_, sides.border_count);
-  result.slot_shapes_ = SlotShapes(result.topology());
+  result.slot_shapes_ = std::make_shared<const SlotShapes>(result.topology());
   return result;
 } catch (const std::bad_alloc&) {
   throw out_of_memory(std::string(source));
@@ -181,15 +182,21 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
       result.vertex_corners_[vertex] = moved(vertex_corners_[vertex]);
   });
   result.border_edges_ = find_border_edges(result.edges_, border_edges_.size());
-  result.slot_shapes_ = SlotShapes(result.topology());
+  result.slot_shapes_ = std::make_shared<const SlotShapes>(result.topology());
   return result;
+}
+
+LevelGeometry BaseMesh::geometry(BaseRelativeLevel level, std::size_t record_bytes,
+                                 std::uint64_t block_bytes) const {
+  return {slot_shapes_ ? *slot_shapes_ : SlotShapes(), level, record_bytes, block_bytes};
 }
 
 std::uint64_t BaseMesh::memory_bytes() const {
   const auto bytes = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
   return bytes(positions_) + bytes(faces_) + bytes(face_edges_) + bytes(edges_) +
-         bytes(vertex_corners_) + bytes(border_edges_) + slot_shapes_.memory_bytes() +
-         bytes(input_vertices_) + bytes(input_faces_);
+         bytes(vertex_corners_) + bytes(border_edges_) +
+         (slot_shapes_ ? slot_shapes_->memory_bytes() : 0) + bytes(input_vertices_) +
+         bytes(input_faces_);
 }
 
 PLAIT_END_NAMESPACE

@@ -16,7 +16,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// How far the loops below look ahead: so many loads from memory overlap.
+/// How far the loops below look ahead: the number of loads from memory that overlap.
 constexpr std::size_t kFacesAhead = 16, kCornersAhead = 64;
 
 /// The corners at all vertices: those of vertex v from after[v - 1] to after[v].

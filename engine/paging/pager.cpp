@@ -7,7 +7,7 @@
 #include <new>
 #include <utility>
 
-#include "base/lock_soon.h"
+#include "base/contention.h"
 #include "blocks/kept_blocks.h"
 #include "paging/pager_implementation.h"
 #include "paging/pin_call.h"

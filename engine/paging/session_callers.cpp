@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "base/thread_number.h"
+#include "base/contention.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

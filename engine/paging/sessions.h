@@ -6,7 +6,7 @@
 #include <boost/intrusive/list.hpp>
 #include <cstdint>
 
-#include "base/thread_number.h"
+#include "base/contention.h"
 #include "paging/frame_pool.h"
 #include "paging/session_state.h"
 #include "plait/detail/namespace.h"

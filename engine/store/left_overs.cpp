@@ -8,11 +8,11 @@
 #include <algorithm>
 #include <optional>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "format/file_names.h"
 #include "io/locks.h"
+#include "io/machine.h"
 #include "io/made_mark.h"
-#include "io/own_machine.h"
 #include "io/unpublished.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"

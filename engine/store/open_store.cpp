@@ -196,10 +196,13 @@ void Store::Implementation::make_ready() {
   pager = std::make_unique<Pager>(options.budget_bytes, io_threads, std::move(of_blocks));
 }
 
-Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
-                    const BackendRegistry& backends, const Provenance& provenance) try {
+Store Store::create(const std::filesystem::path& path, LaidOutMesh mesh,
+                    const StoreOptions& options, const BackendRegistry& backends,
+                    const Provenance& provenance) try {
   const Stopwatch watch;
-  check_options(options, provenance);
+  Provenance facts = provenance;
+  if (mesh.kind != LayoutKind::kGiven) facts.layout = to_string(mesh.kind);
+  check_options(options, facts);
   check_resources(options.budget_bytes, options.io_threads);
   auto state = std::make_unique<Implementation>();
   state->options = options;
@@ -215,12 +218,12 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
                     : fmt::format("create store {}: backend {} writes no files: expected an empty "
                                   "path",
                                   path.native(), state->options.backend));
-  state->base = std::move(base);
+  state->base = std::move(mesh.mesh);
   if (!options.pipeline) state->options.pipeline = state->backend.default_pipeline;
   state->backend.check_pipelines(*state->options.pipeline, {});
   state->uuid = random_uuid();
   state->writable = true;
-  state->provenance = state->first_provenance = provenance;
+  state->provenance = state->first_provenance = facts;
   encode_description(
       state->description());  // refuses text that a version cannot record, before any work
   if (!path.empty()) {
@@ -236,13 +239,6 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   return Store(std::move(state));
 } catch (const std::bad_alloc&) {
   throw out_of_memory("create " + path.native());
-}
-
-Store Store::create(const std::filesystem::path& path, LaidOutMesh mesh,
-                    const StoreOptions& options, const BackendRegistry& backends,
-                    Provenance provenance) {
-  provenance.layout = to_string(mesh.kind);
-  return create(path, std::move(mesh.mesh), options, backends, provenance);
 }
 
 Store Store::open(const std::filesystem::path& path, const OpenOptions& options,

@@ -10,6 +10,7 @@
 #include "format/version_description.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
+#include "plait/store_info.h"
 #include "store/memory_snapshot.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
@@ -25,14 +26,12 @@ Store::~Store() = default;
 const std::filesystem::path& Store::path() const { return state().path; }
 const BaseMesh& Store::base() const { return state().base; }
 const StoreOptions& Store::options() const { return state().options; }
-const StoreUuid& Store::uuid() const { return state().uuid; }
 std::uint64_t Store::sequence() const { return state().sequence; }
-BackendTraits Store::backend_traits() const { return state().backend.traits; }
 int Store::base_level() const { return state().provenance.base_level; }
 const Provenance& Store::provenance() const { return state().provenance; }
 
-void Store::set_provenance(const Provenance& provenance) {
-  Implementation& state = this->state();
+void StoreAccess::set_provenance(Store& store, const Provenance& provenance) {
+  Store::Implementation& state = store.state();
   begin_change(state, Change::kAdd, "set the provenance of");
   const Provenance former = state.provenance;
   state.provenance = provenance;
@@ -45,12 +44,14 @@ void Store::set_provenance(const Provenance& provenance) {
     throw;
   }
 }
-Session Store::open_session(const SessionOptions& options) const {
-  return state().pager->open_session(options);
+Session StoreAccess::open_session(const Store& store, const SessionOptions& options) {
+  return store.state().pager->open_session(options);
 }
-Pager& Store::pager() { return *state().pager; }
-const Pager& Store::pager() const { return *state().pager; }
-PagingStatistics Store::statistics() const { return state().pager->statistics(); }
+Pager& StoreAccess::pager(Store& store) { return *store.state().pager; }
+const Pager& StoreAccess::pager(const Store& store) { return *store.state().pager; }
+const BackendTraits& StoreAccess::backend_traits(const Store& store) {
+  return store.state().backend.traits;
+}
 std::span<const AttributeInfo> Store::attributes() const { return state().infos; }
 
 int Store::finest_level() const {
@@ -76,21 +77,20 @@ AttributeId Store::attribute(std::string_view name) const {
       .about(path());
 }
 
-const std::optional<Rounding>& Store::rounding(AttributeId attribute) const {
-  return attribute_of(state(), attribute).record.rounding;
+const std::optional<Rounding>& StoreAccess::rounding(const Store& store, AttributeId attribute) {
+  return attribute_of(store.state(), attribute).record.rounding;
 }
 
 std::span<std::byte> Store::base_bytes(AttributeId attribute) {
-  return base_bytes_for(attribute, Access::kUpdate);
+  return StoreAccess::base_bytes(*this, attribute, Access::kUpdate);
 }
 
-std::span<std::byte> Store::base_bytes_for(AttributeId attribute, Access access) {
-  Implementation& state = this->state();
+std::span<std::byte> StoreAccess::base_bytes(Store& store, AttributeId attribute, Access access) {
+  Store::Implementation& state = store.state();
   begin_change(state, Change::kRecords,
                "change base records (a const Store gives them to read) of");
   auto& data = attribute_of(state, attribute);
-  if (access != Access::kOverwrite)
-    StoreAccess::check_readable(*this, attribute, base_level(), true);
+  if (access != Access::kOverwrite) check_readable(store, attribute, store.base_level(), true);
   // A block on its way to the disk may be encoded from these records right now.
   state.pager->wait_for_writes();
   for (const auto& other : state.attributes)
@@ -110,17 +110,17 @@ std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
   return attribute_of(state(), attribute).base_bytes;
 }
 
-const LevelFile& Store::level_file(AttributeId attribute, int level) const {
-  return level_of(state(), attribute, level);
+const LevelFile& StoreAccess::level_file(const Store& store, AttributeId attribute, int level) {
+  return level_of(store.state(), attribute, level);
 }
 
-LevelFile& Store::level_file(AttributeId attribute, int level) {
-  return level_of(state(), attribute, level);
+LevelFile& StoreAccess::level_file(Store& store, AttributeId attribute, int level) {
+  return level_of(store.state(), attribute, level);
 }
 
-LevelGeometry Store::geometry(std::size_t record_bytes, int level,
-                              std::uint64_t block_bytes) const {
-  const Implementation& state = this->state();
+LevelGeometry StoreAccess::geometry(const Store& store, std::size_t record_bytes, int level,
+                                    std::uint64_t block_bytes) {
+  const Store::Implementation& state = store.state();
   const LevelGeometry whole = state.whole_geometry(record_bytes, level, block_bytes);
   return state.is_part() ? whole.shard(state.only_shard) : whole;
 }
@@ -141,6 +141,11 @@ void Store::check_type(AttributeId attribute, ComponentType type, std::uint32_t 
                 fmt::format("attribute '{}' has {} x {} records, but the caller expects {} x {}",
                             schema.name, to_string(schema.type), schema.components, to_string(type),
                             components));
+}
+
+void StoreAccess::check_type(const Store& store, AttributeId attribute, ComponentType type,
+                             std::uint32_t components) {
+  store.check_type(attribute, type, components);
 }
 
 bool Store::Implementation::has_changes() const {
@@ -220,14 +225,19 @@ void Store::close() {
   implementation_.reset();
 }
 
-std::uint64_t Store::stored_bytes() const {
-  std::uint64_t bytes = 0;
-  for (const auto& attribute : state().attributes) {
-    bytes += attribute.base_bytes.size();
-    for (const auto& level : attribute.levels) bytes += level->backend->stored_bytes();
+StoreInfo Store::info() const try {
+  const Implementation& state = this->state();
+  StoreInfo info{
+      state.uuid, state.backend.traits, state.pager->statistics(), state.base_mesh_size.bytes, {}};
+  for (const auto& attribute : state.attributes) {
+    info.stored_bytes += attribute.base_bytes.size();
+    for (const auto& level : attribute.levels) info.stored_bytes += level->backend->stored_bytes();
+    info.roundings.push_back(attribute.record.rounding);
   }
-  for (const auto& attribute : state().face_attributes) bytes += attribute.bytes.size();
-  return bytes + state().base_mesh_size.bytes;
+  for (const auto& attribute : state.face_attributes) info.stored_bytes += attribute.bytes.size();
+  return info;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("read figures of " + state().name());
 }
 
 PLAIT_END_NAMESPACE

@@ -39,10 +39,9 @@ void check_not_needed(const Store::Implementation& state,
   }
 }
 
-AttributeId Store::add_attribute(AttributeSchema schema) { return add(std::move(schema), false); }
+namespace {
 
-AttributeId Store::add(AttributeSchema schema, bool is_replacement) try {
-  Implementation& state = this->state();
+AttributeId add(Store::Implementation& state, AttributeSchema schema, bool is_replacement) try {
   begin_change(state, Change::kAdd, "add an attribute to");
   if (!is_attribute_name(schema.name) || schema.record_bytes() == 0 || schema.components > 255)
     throw Error(ErrorCode::kInvalidArgument,
@@ -51,13 +50,14 @@ AttributeId Store::add(AttributeSchema schema, bool is_replacement) try {
                             schema.name, kMaxAttributeNameBytes));
   const std::string name =
       is_replacement ? StoreAccess::name_until_named(schema.name) : schema.name;
-  if (has_attribute(name))
+  const auto has_name = [&](const AttributeInfo& info) { return info.schema.name == name; };
+  if (std::ranges::any_of(state.infos, has_name))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("add attribute '{}': the name is taken", name));
-  if (attributes().size() >= kMaxAttributes)
+  if (state.infos.size() >= kMaxAttributes)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("add attribute '{}': expected fewer than {} attributes, found {}",
-                            schema.name, kMaxAttributes, attributes().size()));
+                            schema.name, kMaxAttributes, state.infos.size()));
   if (state.next_number == std::numeric_limits<std::uint32_t>::max())
     throw Error(
         ErrorCode::kNotSupported,
@@ -65,16 +65,26 @@ AttributeId Store::add(AttributeSchema schema, bool is_replacement) try {
   LevelPipelines pipeline =
       state.options.pipeline_of ? state.options.pipeline_of(schema) : *state.options.pipeline;
   state.backend.check_pipelines(pipeline, schema);
-  Implementation::Attribute attribute;
+  Store::Implementation::Attribute attribute;
   attribute.record.number = state.next_number++;
   attribute.record.pipeline = std::move(pipeline);
   attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
   if (is_replacement) attribute.becomes = std::exchange(schema.name, name);
   state.attributes.push_back(std::move(attribute));
-  state.infos.push_back({std::move(schema), base_level()});
+  state.infos.push_back({std::move(schema), state.provenance.base_level});
   return static_cast<AttributeId>(state.infos.size() - 1);
 } catch (const std::bad_alloc&) {
-  throw out_of_memory("add an attribute to " + state().name());
+  throw out_of_memory("add an attribute to " + state.name());
+}
+
+}  // namespace
+
+AttributeId Store::add_attribute(AttributeSchema schema) {
+  return add(state(), std::move(schema), false);
+}
+
+AttributeId StoreAccess::add_replacement(Store& store, AttributeSchema schema) {
+  return add(store.state(), std::move(schema), true);
 }
 
 AttributeId Store::add_attribute(AttributeSchema schema, int finest_level) {
@@ -141,10 +151,11 @@ void Store::set_pipeline(AttributeId attribute, LevelPipelines pipeline) {
   data.record.pipeline = std::move(pipeline);
 }
 
-void Store::plan_levels(AttributeId attribute, int finest_level, std::string_view copy_of) {
-  Implementation& state = this->state();
+void StoreAccess::plan_levels(Store& store, AttributeId attribute, int finest_level,
+                              std::string_view copy_of) {
+  Store::Implementation& state = store.state();
   begin_change(state, Change::kAdd, "plan levels of");
-  Implementation::Attribute& data = attribute_of(state, attribute);
+  Store::Implementation::Attribute& data = attribute_of(state, attribute);
   PlannedLevels planned{state.final_schema(attribute), state.provenance, finest_level,
                         !copy_of.empty()};
   if (!copy_of.empty()) planned.schema.name = copy_of;
@@ -163,8 +174,9 @@ bool StoreAccess::is_encoded_from_others(const Store& store, AttributeId attribu
                                           state.infos[attribute].schema);
 }
 
-void Store::set_rounding(AttributeId attribute, const std::optional<Rounding>& rounding) {
-  Implementation& state = this->state();
+void StoreAccess::set_rounding(Store& store, AttributeId attribute,
+                               const std::optional<Rounding>& rounding) {
+  Store::Implementation& state = store.state();
   begin_change(state, Change::kAdd, "record a rounding in");
   auto& record = attribute_of(state, attribute).record;
   if (rounding)

@@ -7,7 +7,7 @@
 
 #include "format/version_description.h"
 #include "plait/error.h"
-#include "plait/store.h"
+#include "plait/notes.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 
@@ -37,10 +37,13 @@ std::size_t face_attribute_of(const Store::Implementation& state, std::string_vi
 
 }  // namespace
 
-std::span<const AttributeSchema> Store::face_attributes() const { return state().face_infos; }
+StoreNotes& Store::notes() { return state().notes; }
+const StoreNotes& Store::notes() const { return state().notes; }
 
-void Store::add_face_attribute(AttributeSchema schema) try {
-  Implementation& state = this->state();
+std::span<const AttributeSchema> StoreNotes::face_attributes() const { return store_.face_infos; }
+
+void StoreNotes::add_face_attribute(AttributeSchema schema) try {
+  Store::Implementation& state = store_;
   begin_change(state, Change::kAdd, "add a face attribute to");
   const auto refuse = [&](const std::string& what) {
     return Error(ErrorCode::kInvalidArgument,
@@ -61,7 +64,7 @@ void Store::add_face_attribute(AttributeSchema schema) try {
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("add face attribute '{}': the store has used all attribute numbers",
                             schema.name));
-  Implementation::FaceAttribute attribute;
+  Store::Implementation::FaceAttribute attribute;
   attribute.number = state.next_number;
   attribute.bytes.resize(state.base.face_count() * schema.record_bytes());
   state.face_infos.reserve(state.face_infos.size() + 1);
@@ -69,35 +72,36 @@ void Store::add_face_attribute(AttributeSchema schema) try {
   state.face_infos.push_back(std::move(schema));
   ++state.next_number;
 } catch (const std::bad_alloc&) {
-  throw out_of_memory("add a face attribute to " + state().name());
+  throw out_of_memory("add a face attribute to " + store_.name());
 }
 
-void Store::remove_face_attribute(std::string_view name) {
-  Implementation& state = this->state();
+void StoreNotes::remove_face_attribute(std::string_view name) {
+  Store::Implementation& state = store_;
   begin_change(state, Change::kRemove, "remove a face attribute of");
   const auto at = static_cast<std::ptrdiff_t>(face_attribute_of(state, name, {}));
   state.face_infos.erase(state.face_infos.begin() + at);
   state.face_attributes.erase(state.face_attributes.begin() + at);
 }
 
-std::span<std::byte> Store::face_bytes(std::string_view name, std::optional<ComponentType> type) {
-  Implementation& state = this->state();
+std::span<std::byte> StoreNotes::face_bytes(std::string_view name,
+                                            std::optional<ComponentType> type) {
+  Store::Implementation& state = store_;
   const std::size_t at = face_attribute_of(state, name, type);
   begin_change(state, Change::kRecords,
                "change face records (a const Store gives them to read) of");
   return state.face_attributes[at].bytes;
 }
 
-std::span<const std::byte> Store::face_bytes(std::string_view name,
-                                             std::optional<ComponentType> type) const {
-  const Implementation& state = this->state();
+std::span<const std::byte> StoreNotes::face_bytes(std::string_view name,
+                                                  std::optional<ComponentType> type) const {
+  const Store::Implementation& state = store_;
   return state.face_attributes[face_attribute_of(state, name, type)].bytes;
 }
 
-const Texts& Store::texts() const { return state().texts; }
+const Texts& StoreNotes::texts() const { return store_.texts; }
 
-void Store::set_text(std::string_view name, std::string_view text) try {
-  Implementation& state = this->state();
+void StoreNotes::set_text(std::string_view name, std::string_view text) try {
+  Store::Implementation& state = store_;
   begin_change(state, Change::kAdd, "set a text of");
   if (!is_attribute_name(name))
     throw Error(ErrorCode::kInvalidArgument,
@@ -116,7 +120,7 @@ void Store::set_text(std::string_view name, std::string_view text) try {
     throw;
   }
 } catch (const std::bad_alloc&) {
-  throw out_of_memory("set a text of " + state().name());
+  throw out_of_memory("set a text of " + store_.name());
 }
 
 PLAIT_END_NAMESPACE

@@ -8,14 +8,17 @@
 #include <string>
 #include <vector>
 
+#include "base/contention.h"
 #include "base/stopwatch.h"
-#include "base/thread_number.h"
 #include "blocks/telling_volume.h"
 #include "format/base_mesh_file.h"
 #include "format/manifest.h"
 #include "io/process.h"
 #include "plait/detail/edge_shards.h"
+#include "plait/extend/backend_registry.h"
 #include "plait/extend/directory.h"
+#include "plait/extend/pager.h"
+#include "plait/notes.h"
 #include "plait/store.h"
 #include "store/lock.h"
 #include "store/stored_version.h"
@@ -135,6 +138,7 @@ struct Store::Implementation {
   std::vector<AttributeSchema> face_infos;
   std::vector<FaceAttribute> face_attributes;
   Texts texts;
+  StoreNotes notes{*this};  ///< the door to face attributes and texts
   /// The last commit of a store in memory; not set before the first one.
   std::shared_ptr<MemorySnapshot> snapshot;
   const OwnProcess process;

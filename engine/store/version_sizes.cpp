@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "format/base_mesh_file.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
-#include "io/disk_bytes.h"
+#include "io/machine.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/block_maker.h"

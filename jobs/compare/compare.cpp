@@ -7,7 +7,7 @@
 
 #include "compare/triangles.h"
 #include "plait/error.h"
-#include "plait/extend/thread_count.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

@@ -10,6 +10,7 @@
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "store/attribute_levels.h"
 #include "store/new_output.h"
 
@@ -19,7 +20,7 @@ namespace {
 BackendChoice backend_of_copy(const ConversionRequest& request, const CopyChoices& choices,
                               const Store& source, const BackendRegistry& backends) {
   if (!request.max_errors.empty() && choices.backend.empty() && !choices.compresses &&
-      !source.backend_traits().compressed)
+      !source.info().backend.compressed)
     return {"compressed", "because of the rounding"};
   return choose_backend_of_copy(choices, source, backends);
 }
@@ -51,7 +52,7 @@ void choose_options(const ConversionRequest& request, const Store& source,
   result.backend_reason = std::move(choice.reason);
   const RegisteredBackend& backend =
       find_backend_of_copy(choices, options.backend, "convert", backends);
-  const bool stays_compressed = source.backend_traits().compressed && backend.traits.compressed;
+  const bool stays_compressed = source.info().backend.compressed && backend.traits.compressed;
   if (!stays_compressed) options.pipeline = backend.default_pipeline;
   if ((choices.compresses && backend.traits.compressed) ||
       (!request.max_errors.empty() && !stays_compressed && backend.traits.compressed)) {
@@ -85,15 +86,15 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
   tell_notices(source, watch.warn);
   const Existing existing = request.replace ? Existing::kReplace : Existing::kRefuse;
   const auto make = [&](const std::filesystem::path& path) {
-    result.from_stored_bytes = source.stored_bytes();
+    result.from_stored_bytes = source.info().stored_bytes;
     result.from_backend = source.options().backend;
     Store copy = Store::create(path, source.base(), result.options, backends, source.provenance());
     tell_notices(copy, watch.warn);
     copy_levels(source, copy, begin_step(watch, "convert"), request.max_errors);
     for (const auto& [name, bound] : request.max_errors.all())
-      result.roundings[name] = *copy.rounding(copy.attribute(name));
+      result.roundings[name] = *StoreAccess::rounding(copy, copy.attribute(name));
     copy.commit();
-    result.stored_bytes = copy.stored_bytes();
+    result.stored_bytes = copy.info().stored_bytes;
     copy.close();
     if (request.verify)
       result.digest = request.max_errors.empty()

@@ -7,10 +7,10 @@
 #include <limits>
 #include <utility>
 
-#include "base/message_text.h"
-#include "base/utf8.h"
+#include "base/text.h"
 #include "export/format_writers.h"
 #include "export/output_files.h"
+#include "plait/notes.h"
 #include "plait/reader.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -62,10 +62,10 @@ std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId posit
 void check_face_attributes(const Store& store, MeshFormat format, const ExportRequest& request) {
   for (std::size_t at = 0; at < request.face_attributes.size(); ++at) {
     const std::string& name = request.face_attributes[at];
-    std::as_const(store).face_bytes(name);  // refuses unknown names
+    std::as_const(store).notes().face_bytes(name);  // refuses unknown names
     const auto has_name = [&](const AttributeSchema& each) { return each.name == name; };
     if (!holds_face_attributes(format) ||
-        !holds_attribute(format, *std::ranges::find_if(store.face_attributes(), has_name)))
+        !holds_attribute(format, *std::ranges::find_if(store.notes().face_attributes(), has_name)))
       throw Error(
           ErrorCode::kInvalidArgument,
           fmt::format("export {}: face attribute '{}' cannot be written to {} files; VTK files can "
@@ -165,7 +165,7 @@ std::vector<std::string> others(const Store& store, AttributeId position, int le
     if (id != position && store.attributes()[id].finest_level >= level &&
         std::ranges::find(extras, id) == extras.end())
       names.push_back(store.attributes()[id].schema.name);
-  for (const AttributeSchema& schema : store.face_attributes())
+  for (const AttributeSchema& schema : store.notes().face_attributes())
     if (std::ranges::find(request.face_attributes, schema.name) == request.face_attributes.end())
       names.push_back(schema.name);
   return names;
@@ -231,9 +231,9 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
 std::vector<FaceColumn> face_columns(const ExportTask& task) {
   std::vector<FaceColumn> columns;
   for (const std::string& name : task.request.face_attributes)
-    for (const AttributeSchema& schema : task.store.face_attributes())
+    for (const AttributeSchema& schema : task.store.notes().face_attributes())
       if (schema.name == name)
-        columns.push_back({schema, std::as_const(task.store).face_bytes(name)});
+        columns.push_back({schema, std::as_const(task.store).notes().face_bytes(name)});
   return columns;
 }
 

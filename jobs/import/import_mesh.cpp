@@ -21,9 +21,10 @@
 #include "plait/error.h"
 #include "plait/extend/recode_attribute.h"
 #include "plait/extend/store_access.h"
-#include "plait/extend/thread_count.h"
 #include "plait/patch_writer.h"
+#include "plait/progress.h"
 #include "plait/reader.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "store/new_output.h"
 
@@ -241,7 +242,7 @@ void Import::make_store(const std::filesystem::path& path) {
   encode_anew(store);
   tell("commit");
   store.commit();
-  result_.stored_bytes = store.stored_bytes();
+  result_.stored_bytes = store.info().stored_bytes;
   store.close();
 }
 

@@ -5,7 +5,7 @@
 #include <exception>
 
 #include "format/file_names.h"
-#include "io/own_machine.h"
+#include "io/machine.h"
 #include "io/unpublished.h"
 #include "parts/done_file.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "io/disk_bytes.h"
+#include "io/machine.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

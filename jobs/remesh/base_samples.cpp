@@ -32,7 +32,7 @@ constexpr std::uint64_t kMostBaseMeshes = 8, kFirstFirmMesh = 5;
 /// The part of a scan where small triangles are turned over counts so many times in the next base
 /// mesh. Smaller factors need more base meshes, larger ones take more faces from other parts.
 constexpr float kWeightOfTurned = 8;
-/// An error names so many places.
+/// The most places that an error names.
 constexpr std::size_t kMostPlaces = 3;
 
 BaseShape shape_of(const BaseMesh& base) {

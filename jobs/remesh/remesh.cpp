@@ -14,8 +14,9 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/attributed_mesh.h"
-#include "plait/extend/thread_count.h"
+#include "plait/progress.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "remesh/base_samples.h"
 #include "remesh/sampled_surface.h"
 #include "remesh/scan_attributes.h"
@@ -169,7 +170,7 @@ void ScanRun::write_store(const std::filesystem::path& path) {
     report_.attributes.push_back(attributes_.schema(at));
   store.commit();
   report_.backend = store.options().backend;
-  report_.stored_bytes = store.stored_bytes();
+  report_.stored_bytes = store.info().stored_bytes;
   if (request_.digest) report_.digest = digest(store, {.threads = request_.threads}).to_string();
   store.close();
 }

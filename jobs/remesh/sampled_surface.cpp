@@ -49,7 +49,7 @@ ProgressCallback nth_of(const ProgressCallback& progress, std::uint64_t number,
   };
 }
 
-/// So many faces are written between two calls of the progress callback.
+/// The number of faces that are written between two calls of the progress callback.
 constexpr std::size_t kFacesAtOnce = 1 << 12;
 
 }  // namespace

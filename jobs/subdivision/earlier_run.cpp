@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "plait/error.h"
 #include "plait/extend/pipeline.h"
 #include "plait/extend/store_access.h"
@@ -44,7 +44,7 @@ class Comparison {
     if (provenance.limit)
       refuse_store("force",
                    "its positions are limit positions, and no subdivision can continue from these");
-    if (store_.rounding(store_.attribute("position")))
+    if (StoreAccess::rounding(store_, store_.attribute("position")))
       refuse_store("force",
                    "its positions are rounded, and finer levels are made from exact "
                    "ones");

@@ -12,6 +12,7 @@
 #include "plait/extend/notices.h"
 #include "plait/extend/recode_attribute.h"
 #include "plait/extend/store_access.h"
+#include "plait/store_info.h"
 #include "store/attribute_levels.h"
 #include "subdivision/earlier_run.h"
 #include "subdivision/planning.h"
@@ -163,10 +164,11 @@ void PlannedRun::make_levels() {
     const auto& [schema, finest] = store.attributes()[id];
     if (finest > store.base_level())
       result_.pipelines[schema.name] = pipelines_of_levels(store, id).to_text();
-    if (const auto& rounding = store.rounding(id)) result_.roundings[schema.name] = *rounding;
+    if (const auto& rounding = StoreAccess::rounding(store, id))
+      result_.roundings[schema.name] = *rounding;
   }
-  result_.paging = store.statistics();
-  result_.stored_bytes = store.stored_bytes();
+  result_.paging = store.info().paging;
+  result_.stored_bytes = store.info().stored_bytes;
   for (const AttributeInfo& attribute : store.attributes())
     result_.base_mesh_bytes += store.base().vertex_count() * attribute.schema.record_bytes();
 }

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "io/machine.h"
 #include "io/unpublished.h"
 #include "job_rules.h"

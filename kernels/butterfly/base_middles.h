@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "butterfly/extraordinary_rings.h"
 #include "butterfly/odd_slots.h"
+#include "butterfly/rings.h"
 #include "butterfly/stencils.h"
 #include "plait/detail/numbers.h"
 #include "plait/detail/ring_table.h"

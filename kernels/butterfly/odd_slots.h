@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
-#include "butterfly/extraordinary_rings.h"
 #include "butterfly/halo.h"
+#include "butterfly/rings.h"
 #include "butterfly/stencils.h"
 #include "plait/detail/gather_grid.h"
 #include "plait/detail/numbers.h"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "butterfly/ring_border.h"
-#include "fused/lattice_buffer.h"
+#include "butterfly/rings.h"
+#include "fused/patch_lattice.h"
 #include "plait/detail/one_ring.h"
 #include "schemes/butterfly.h"
 

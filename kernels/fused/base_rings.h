@@ -9,9 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "fused/lattice_buffer.h"
-#include "fused/ring_shape.h"
-#include "fused/vertex_numbers.h"
+#include "fused/patch_lattice.h"
 #include "plait/detail/numbers.h"
 #include "plait/detail/rows.h"
 #include "plait/extend/topology.h"

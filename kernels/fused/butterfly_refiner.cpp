@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "butterfly/stencils.h"
-#include "fused/patch_sides.h"
+#include "fused/patch_lattice.h"
 #include "fused/surface_refiner.h"
 #include "plait/detail/numbers.h"
 

@@ -1,8 +1,7 @@
 // Refines a group of patches by a one-ring rule, level by level.
 #include <memory>
 
-#include "fused/neighbours.h"
-#include "fused/patch_sides.h"
+#include "fused/patch_lattice.h"
 #include "fused/surface_refiner.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

@@ -1,6 +1,6 @@
 // Computes normals and limit positions along border edges. They replace the results of the rows
 // there.
-#include "fused/patch_sides.h"
+#include "fused/patch_lattice.h"
 #include "fused/surface_refiner.h"
 #include "normals/normal_rules.h"
 #include "plait/detail/numbers.h"

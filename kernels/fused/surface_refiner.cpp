@@ -7,9 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "fused/neighbours.h"
-#include "fused/patch_sides.h"
-#include "fused/ring_shape.h"
+#include "fused/patch_lattice.h"
 #include "normals/normal_rules.h"
 #include "plait/detail/numbers.h"
 

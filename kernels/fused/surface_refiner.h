@@ -9,7 +9,7 @@
 #include <span>
 
 #include "fused/base_rings.h"
-#include "fused/lattice_buffer.h"
+#include "fused/patch_lattice.h"
 #include "normals/normal_rules.h"
 #include "plait/detail/one_ring.h"
 #include "plait/detail/rows.h"

@@ -12,7 +12,7 @@
 #include "passes/position_box.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
-#include "plait/extend/thread_count.h"
+#include "plait/progress.h"
 #include "plait/visit_vertices.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

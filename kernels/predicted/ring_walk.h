@@ -7,8 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "fused/lattice_buffer.h"
-#include "fused/patch_sides.h"
+#include "fused/patch_lattice.h"
 #include "normals/normal_rules.h"
 #include "plait/detail/one_ring.h"
 #include "plait/detail/rows.h"

@@ -10,6 +10,7 @@
 
 #include "plait/error.h"
 #include "plait/extend/block_makers.h"
+#include "plait/extend/pipeline_registry.h"
 #include "predicted/normals_maker.h"
 #include "predicted/surface_maker.h"
 

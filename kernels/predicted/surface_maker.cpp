@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/default_arithmetic.h"
-#include "fused/lattice_buffer.h"
+#include "fused/patch_lattice.h"
 #include "plait/extend/block_makers.h"
 #include "plait/extend/edge_index.h"
 

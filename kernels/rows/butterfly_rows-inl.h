@@ -11,10 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "butterfly/ring_border.h"
-#include "butterfly/spoke_rule.h"
+#include "butterfly/rings.h"
 #include "butterfly/stencils.h"
-#include "fused/ring_shape.h"
+#include "fused/patch_lattice.h"
 #include "plait/detail/rule_rows.h"
 #include "rows/butterfly_rows.h"
 #include "rows/highway_numbers-inl.h"
@@ -40,7 +39,7 @@ void kept_row(const EvenRow<Real>& row) {
   rule_rows::even_row<LaneNumbers<Real>>(MidpointRule{}, row);
 }
 
-/// One point in each lane, in double, with the arithmetic that spoke_rule.h needs.
+/// One point in each lane, in double, with the arithmetic that the rule of spokes needs.
 struct WidePoint {
   std::array<double, kPointNumbers> k{};
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/name_table.h"
+#include "base/text.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

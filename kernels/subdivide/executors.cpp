@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <span>
 
-#include "base/name_table.h"
+#include "base/text.h"
 #include "plait/extend/fused.h"
 #include "plait/extend/store_access.h"
 #include "plait/subdivide.h"

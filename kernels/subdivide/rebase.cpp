@@ -12,6 +12,7 @@
 #include "plait/extend/vertex_numbering.h"
 #include "plait/subdivide.h"
 #include "schemes/table.h"
+#include "store/base_positions.h"
 #include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

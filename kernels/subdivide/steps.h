@@ -19,12 +19,6 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// The same options with the number of threads that they stand for. Errors: as thread_count().
 SubdivideOptions with_threads(SubdivideOptions options);
 
-/// Throws kInvalidArgument unless positions can have this type: float32 or float64.
-void check_precision(ComponentType precision);
-
-/// Throws kInvalidArgument also if a position of the mesh is too large for the type.
-void check_positions(const BaseMesh& mesh, ComponentType precision);
-
 /// The data that all passes of one run share.
 template <class Real>
 struct SubdivisionRun {

@@ -50,7 +50,7 @@ void check_attributes(const Store& store, const SubdivideOptions& options, Attri
   const std::uint64_t budget = store.options().budget_bytes;
   // What a backend keeps for itself grows with the budget, to a quarter of it.
   std::uint64_t needed = frame_bytes;
-  if (!store.backend_traits().in_memory &&
+  if (!StoreAccess::backend_traits(store).in_memory &&
       (found < budget || store.finest_level() == store.base_level()))
     needed = std::max(frame_bytes + (budget - found), (4 * frame_bytes + 2) / 3);
   throw Error(

@@ -14,7 +14,7 @@
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/store_access.h"
-#include "plait/extend/thread_count.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

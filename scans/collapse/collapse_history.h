@@ -23,7 +23,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class CollapseHistory {
  public:
-  /// A history without collapses of a surface with so many faces.
+  /// A history without collapses of a surface with `faces` faces.
   explicit CollapseHistory(std::size_t faces)
       : last_(faces, kNone), mutex_(std::make_unique<std::mutex>()) {}
 

@@ -33,7 +33,7 @@ constexpr std::array<Stage, 3> kFirmStages = {{{1, kFirm}, {1, kLoose}, {1, kLas
 /// Tiles do the first stage, so that it is the last part of the work, over the whole surface, that
 /// decides where faces are. Each tile keeps the same share of its faces.
 constexpr Stage kTileStage = kStages.front();
-/// So many tiles are worked on between two calls of the progress callback.
+/// The number of tiles between two calls of the progress callback.
 constexpr std::size_t kTilesAtOnce = 8;
 
 class Decimator {

@@ -16,7 +16,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct DecimateOptions {
-  std::uint64_t faces = 0;  ///< stop at so many faces, or one more
+  std::uint64_t faces = 0;  ///< stop at this number of faces, or one more
   std::size_t tile_faces = kTileFaces;
   /// [vertex of the scan] its quadric counts so many times, so that larger numbers leave more faces
   /// there. Empty: all count once.

@@ -11,7 +11,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// A collapse leaves at most so many faces at its vertex.
+/// The most faces that a collapse leaves at its vertex.
 constexpr int kMaxFan = 28;
 
 /// The faces at `kept` or `gone`, the ends of an edge. Their outer vertices are a ring, in

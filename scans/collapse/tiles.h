@@ -12,7 +12,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// A tile has at most so many faces, so that what the collapses inside need fits into the caches.
+/// The most faces of a tile, so that what the collapses inside need fits into the caches.
 constexpr std::size_t kTileFaces = std::size_t{1} << 16;
 
 /// Divides the faces into halves along the longest axis, again and again. [tile] faces, ascending.

@@ -9,7 +9,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// So many faces are sampled between two calls of the progress callback.
+/// The number of faces that are sampled between two calls of the progress callback.
 constexpr std::size_t kFacesAtOnce = 1 << 16;
 
 }  // namespace

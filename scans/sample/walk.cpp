@@ -9,7 +9,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// A walk crosses at most so many faces.
+/// The most faces that a walk crosses.
 constexpr int kMostFaces = 64;
 
 PlaneVector operator-(PlaneVector a, PlaneVector b) { return {a.x - b.x, a.y - b.y}; }

@@ -14,7 +14,7 @@ PLAIT_BEGIN_NAMESPACE
 
 struct SurfaceRepairOptions {
   std::uint64_t min_component = 0;  ///< components of fewer faces are removed
-  std::uint64_t fill_holes = 0;     ///< borders of at most so many edges are filled
+  std::uint64_t fill_holes = 0;     ///< the most edges of a border that is filled
 };
 
 /// What repair() found and changed. Everything is counted.

@@ -12,6 +12,7 @@
 #include "plait/layout.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "support/temporary_directory.h"
@@ -108,7 +109,7 @@ TEST_CASE("CInterface_StoreMadeByC_IsTheStoreMadeByCpp") {
   CHECK(info.scheme == std::string("loop"));
   CHECK(info.limit == 1);
   CHECK(info.sequence == cpp.sequence());
-  CHECK(info.stored_bytes == cpp.stored_bytes());
+  CHECK(info.stored_bytes == cpp.info().stored_bytes);
   CHECK(info.face_count == cpp.base().face_count());
   CHECK(info.border_edge_count == cpp.base().border_edge_count());
   CHECK(info.attribute_count == cpp.attributes().size());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "plait/bounds.h"
+#include "plait/create_store.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
 #include "plait/store.h"

@@ -3,7 +3,7 @@
 # runs each target for some time on a copy of its corpus.
 #
 #   tests/fuzz/run.sh [--seconds N] [TARGET...]      default: 60 seconds for each of all targets
-#   tests/fuzz/run.sh --runs N [TARGET...]           so many inputs instead
+#   tests/fuzz/run.sh --runs N [TARGET...]           this number of inputs instead
 #
 # A target may be TARGET=CHOICE: then all inputs go to one filter or preset, such as presets=small or
 # context_filters=hierarchy:step=2e-6 (PLAIT_FUZZ_ONLY; a wrong choice lists the right ones).

@@ -2,9 +2,8 @@
 // rules, number by number.
 #include <vector>
 
-#include "butterfly/spoke_rule.h"
 #include "butterfly/stencils.h"
-#include "fused/ring_shape.h"
+#include "fused/patch_lattice.h"
 #include "kernels/row_points.h"
 #include "rows/dispatched_rows.h"
 

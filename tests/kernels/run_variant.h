@@ -7,9 +7,11 @@
 #include <string>
 
 #include "plait/digest.h"
+#include "plait/extend/session.h"
 #include "plait/layout.h"
 #include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "support/temporary_directory.h"
 
@@ -54,7 +56,7 @@ inline Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Var
   subdivide(store, subdivide_options);
   store.commit();
   Outcome outcome;
-  outcome.statistics = store.statistics();
+  outcome.statistics = store.info().paging;
   if (path.empty()) {
     outcome.digest = digest(store).to_string();
     return outcome;

@@ -12,6 +12,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "plait/visit_vertices.h"
 #include "support/error_of.h"
@@ -423,7 +424,7 @@ TEST_CASE("Subdivide_WithCallbacksThatCallBack_RefusesWhatWouldTakeItsGround") {
       else
         refuses([&] { (*made).commit(); });
       CHECK((*made).finest_level() >= 0);
-      CHECK((*made).statistics().blocks_read + 1 > 0);
+      CHECK((*made).info().paging.blocks_read + 1 > 0);
     };
     what.progress = [&](const Progress&) {
       call_back(false);

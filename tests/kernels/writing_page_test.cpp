@@ -12,14 +12,17 @@
 #include <thread>
 #include <vector>
 
+#include "plait/create_store.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/patch.h"
 #include "plait/extend/sweep.h"
+#include "plait/notes.h"
 #include "plait/own_rule.h"
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "plait/visit_vertices.h"
 #include "support/temporary_directory.h"
@@ -101,9 +104,9 @@ TEST_CASE("WritingPage_Visits_ReachEveryVertex") {
                           for (const Point& at : position) mine = std::max(mine, at.z);
                         });
   CHECK(std::ranges::max(highest) == Approx(2).margin(0.02));
-  store.add_face_attribute({"material", plait::ComponentType::kUint16, 1});
-  for (std::uint16_t& material : store.face_records<std::uint16_t>("material")) material = 7;
-  store.set_text("unit", "mm");
+  store.notes().add_face_attribute({"material", plait::ComponentType::kUint16, 1});
+  for (std::uint16_t& material : store.notes().face_records<std::uint16_t>("material")) material = 7;
+  store.notes().set_text("unit", "mm");
   store.add_attribute(plait::schema_of<Point>("smooth"), store.finest_level());
   plait::visit_vertices(
       store, {.name = "smooth", .threads = 2},
@@ -216,13 +219,13 @@ TEST_CASE("WritingPage_Progress_CanCancelAndCommit") {
   stop_asked = true;
   CHECK_THROWS_AS(visit(), plait::Error);
   CHECK_THROWS_AS(store.commit(), plait::Error);
-  const plait::PagingStatistics before = store.statistics();
+  const plait::PagingStatistics before = store.info().paging;
   plait::visit_vertices(store, {}, std::tuple{plait::overwrites<float>("age")},
                         [](const plait::VertexRun&, std::span<float> ages) {
                           std::ranges::fill(ages, 1.0f);
                         });
   store.commit();
-  const std::uint64_t written = store.statistics().bytes_written - before.bytes_written;
+  const std::uint64_t written = store.info().paging.bytes_written - before.bytes_written;
   static_cast<void>(written);
 }
 
@@ -231,15 +234,14 @@ TEST_CASE("WritingPage_ReaderBesideAWriter_KeepsItsVersion") {
   const plait::test::TemporaryDirectory directory(plait::test::Medium::kMemory);
   const std::filesystem::path path = directory.path() / "s.plait";
   {
-    plait::Store store = plait::Store::create(
-        path, plait::BaseMesh::build(plait::test::octahedron()), {}, plait::default_backends());
-    plait::add_base_positions(store);
+    plait::Store store =
+        plait::create_store(path, plait::BaseMesh::build(plait::test::octahedron()));
     plait::subdivide(store, {.levels = 2});
     store.commit();
   }
   Point old_corner{};
-  const plait::Store reading = plait::Store::open(path, {}, plait::default_backends());
-  plait::Store writing = plait::Store::open(path, {.writable = true}, plait::default_backends());
+  const plait::Store reading = plait::open_store(path);
+  plait::Store writing = plait::open_store(path, {.writable = true});
   std::thread reader([&] {
     const plait::Reader patches(reading, {.attributes = {"position"}});
     old_corner = patches.read_patch(0, 2).attribute<Point>("position").at(0, 0);
@@ -250,7 +252,7 @@ TEST_CASE("WritingPage_ReaderBesideAWriter_KeepsItsVersion") {
                         });
   writing.commit();
   reader.join();
-  const plait::Store now = plait::Store::open(path, {}, plait::default_backends());
+  const plait::Store now = plait::open_store(path);
   const plait::Reader patches(now);
   CHECK(patches.read_patch(0, 2).attribute<Point>("position").at(0, 0).z == old_corner.z + 1);
 }

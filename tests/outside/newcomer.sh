@@ -68,7 +68,7 @@ done_with "a CMake project of one's own (docs/embedding.md)"
 "$blocks" "$source/README.md" cpp >first.cpp
 do_as_written docs/embedding.md "With pkg-config"
 [ "$(tail -n 1 "$work/log" | wc -w)" -eq 3 ] || fail "expected a position, found $(tail -n 1 "$work/log")"
-done_with "the ten lines of the README: a store, and a patch of it"
+done_with "the seven lines of the README: a store, and a patch of it"
 
 mkdir guide
 cd guide

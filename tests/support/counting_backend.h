@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "plait/extend/backend_registry.h"
 #include "support/forwarding_backend.h"
 
 namespace plait::test {

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "plait/extend/parallel_for.h"
+#include "plait/progress.h"
 
 namespace plait::test {
 

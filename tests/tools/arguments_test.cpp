@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "base/byte_text.h"
+#include "base/text.h"
 #include "nearest_name.h"
 #include "plait/error.h"
 #include "progress.h"

@@ -14,6 +14,7 @@
 
 #include "export/mesh_format.h"
 #include "plait/mesh_io.h"
+#include "plait/notes.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "program.h"
@@ -157,13 +158,14 @@ TEST_CASE("Export_FaceAttributesAskedFor_AreNumbersOfTheTriangles") {
   {
     Store store =
         Store::open(here.directory.path() / "s.plait", {.writable = true}, default_backends());
-    store.add_face_attribute({"material", ComponentType::kUint16, 1});
-    store.add_face_attribute({"part", ComponentType::kUint8, 1});
+    store.notes().add_face_attribute({"material", ComponentType::kUint16, 1});
+    store.notes().add_face_attribute({"part", ComponentType::kUint8, 1});
     for (std::uint16_t face = 0; face < 20; ++face) {
-      store.face_records<std::uint16_t>("material")[face] = static_cast<std::uint16_t>(1000 + face);
-      store.face_records<std::uint8_t>("part")[face] = static_cast<std::uint8_t>(face % 3);
+      store.notes().face_records<std::uint16_t>("material")[face] =
+          static_cast<std::uint16_t>(1000 + face);
+      store.notes().face_records<std::uint8_t>("part")[face] = static_cast<std::uint8_t>(face % 3);
     }
-    store.set_text("unit", "mm");
+    store.notes().set_text("unit", "mm");
     store.commit();
   }
   const std::string ply = decompressed_content_of(

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Fails if an #include violates the layers, or if a source file is in no build.
+# Fails if an #include violates the layers, if a source file is in no build, or if plait/store.h pulls more than
+# a few headers.
 #
 #   commands, tests -> bench -> tools -> c -> jobs -> kernels, backends -> engine;  examples -> c
 #   tools, jobs -> scans -> base, address, mesh of engine
@@ -189,6 +190,19 @@ while IFS= read -r file; do
   done
   [ "$named" = yes ] || fail "$file: named in no CMakeLists.txt, so it is never built"
 done < <(find "${folders[@]}" -type f -regex '.*\.\(c\|cpp\)' | LC_ALL=C sort)
+
+# What every program includes stays small: the public headers behind plait/store.h, itself not counted.
+most_behind_store=10
+store=engine/store/include/plait/store.h
+behind=("$store")
+for ((at = 0; at < ${#behind[@]}; ++at)); do
+  while IFS= read -r name; do
+    resolve "${behind[at]}" "$name"
+    [[ -z $found_file || " ${behind[*]} " == *" $found_file "* ]] || behind+=("$found_file")
+  done < <(sed -nE 's/^#include "(plait\/[^"]*)".*/\1/p' "${behind[at]}")
+done
+[ $((${#behind[@]} - 1)) -le $most_behind_store ] ||
+  fail "$store: expected at most $most_behind_store headers behind it, found $((${#behind[@]} - 1)): ${behind[*]:1}"
 
 # The namespace of the library's files has a version; that of public headers is exported, and that of
 # private headers which the program, the measurements or tests of the shared library include.

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/default_arithmetic.h"
-#include "base/name_table.h"
+#include "base/text.h"
 #include "displace/gradient_noise.h"
 #include "normals/ring_normal.h"
 #include "passes/noise.h"
@@ -18,7 +18,7 @@
 #include "passes/vertex_noise.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
-#include "plait/extend/thread_count.h"
+#include "plait/progress.h"
 #include "plait/visit_vertices.h"
 
 namespace plait {

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "base/name_table.h"
+#include "base/text.h"
 #include "generate/kinds.h"
 #include "generate/progress.h"
 #include "plait/error.h"

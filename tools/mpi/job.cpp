@@ -13,10 +13,10 @@
 #include "base/stopwatch.h"
 #include "console.h"
 #include "interrupt.h"
-#include "join_report.h"
 #include "json_text.h"
 #include "plait/error.h"
 #include "progress.h"
+#include "report_text.h"
 
 namespace plait::mpi {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/message_text.h"
+#include "base/text.h"
 #include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <vector>
 
-#include "base/message_text.h"
+#include "base/text.h"
 #include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 

@@ -1,5 +1,3 @@
-#include "compressed/filters/columns_filter.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 
 #include "base/default_arithmetic.h"
 #include "compressed/codecs/built_in_codecs.h"
+#include "compressed/filters/built_in_filters.h"
 #include "compressed/filters/column_rows.h"
 #include "compressed/filters/ordered_words.h"
 #include "compressed/filters/slot_rows.h"

@@ -1,5 +1,3 @@
-#include "compressed/filters/hierarchy_filter.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,9 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "base/message_text.h"
 #include "base/number_lattice.h"
-#include "compressed/filters/lattice_filter.h"
+#include "base/text.h"
+#include "compressed/filters/built_in_filters.h"
 #include "compressed/filters/predicting_filter.h"
 #include "compressed/filters/residuals.h"
 #include "compressed/filters/slot_predictions.h"

@@ -1,11 +1,10 @@
-#include "compressed/filters/lattice_filter.h"
-
 #include <fmt/format.h>
 
 #include <charconv>
 
 #include "base/default_arithmetic.h"
-#include "base/message_text.h"
+#include "base/text.h"
+#include "compressed/filters/built_in_filters.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

@@ -1,10 +1,9 @@
-#include "compressed/filters/normals_filter.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <string>
 
+#include "compressed/filters/built_in_filters.h"
 #include "compressed/filters/predicting_filter.h"
 #include "compressed/filters/slot_predictions.h"
 #include "plait/error.h"

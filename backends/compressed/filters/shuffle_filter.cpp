@@ -1,7 +1,6 @@
-#include "compressed/filters/shuffle_filter.h"
-
 #include <algorithm>
 
+#include "compressed/filters/built_in_filters.h"
 #include "compressed/filters/byte_planes.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

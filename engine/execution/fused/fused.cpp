@@ -11,17 +11,15 @@
 #include <span>
 #include <vector>
 
-#include "base/call_workers.h"
 #include "base/caught.h"
 #include "base/default_arithmetic.h"
 #include "base/threads.h"
 #include "execution/fused/fused_faces.h"
-#include "execution/fused/fused_levels.h"
 #include "execution/fused/fused_schedule.h"
 #include "execution/fused/slot_delivery.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
-#include "plait/extend/thread_count.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

@@ -15,7 +15,7 @@ struct Ghost {
   FaceId needed_by, face;
 };
 
-/// Ghosts are refined in groups of so many, so that most lanes have a face.
+/// The size of the groups in which ghosts are refined, so that most lanes have a face.
 constexpr std::size_t kGhostRun = 4 * kPatchLanes;
 
 /// The faces of the next run, if `left` faces are left: whole groups, and half of a thread's share

@@ -12,8 +12,11 @@
 #include <span>
 #include <vector>
 
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/fused.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/topology.h"
+#include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -35,5 +38,11 @@ class FusedFaces {
   std::vector<FaceId> faces_;
   std::vector<std::uint64_t> runs_;  ///< [run] its first position in faces_, and then the end
 };
+
+// The number of levels that a fused pass makes. The sizes of its buffers depend on this number.
+
+inline int fused_levels(const Store& store, const FusedPass& pass) {
+  return relative_to_base(pass.finest_level, store.base_level()).refinements;
+}
 
 PLAIT_END_NAMESPACE

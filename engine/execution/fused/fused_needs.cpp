@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "execution/fused/fused_faces.h"
-#include "execution/fused/fused_levels.h"
 #include "execution/fused/fused_schedule.h"
 #include "execution/fused/half_layout.h"
 #include "execution/fused/half_pool.h"

@@ -38,7 +38,7 @@ class BlocksOfEdges {
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
     : session_(StoreAccess::open_session(store)),
       level_count_(static_cast<std::size_t>(levels)),
-      stays_in_memory_(store.backend_traits().in_memory),
+      stays_in_memory_(StoreAccess::backend_traits(store).in_memory),
       exceptions_(std::uncaught_exceptions()) {
   for (const AttributeId attribute : attributes)
     for (int number = 1; number <= levels; ++number) {

@@ -3,7 +3,7 @@
 #include <bit>
 #include <utility>
 
-#include "execution/fused/fused_levels.h"
+#include "execution/fused/fused_faces.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

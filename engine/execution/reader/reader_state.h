@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/thread_number.h"
+#include "base/contention.h"
 #include "execution/reader/bounds_tree.h"
 #include "execution/reader/face_bounds.h"
 #include "plait/reader.h"

@@ -12,8 +12,8 @@
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/store_access.h"
-#include "plait/extend/thread_count.h"
 #include "plait/layout.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "execution/sweep/stencil.h"
-#include "execution/sweep/sweep_chunks.h"
 #include "plait/extend/pager.h"
 #include "plait/extend/store_access.h"
 

@@ -1,14 +1,50 @@
 // The window of a sweep: the blocks that it has pinned.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "plait/detail/pinned_level.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+// The edges that a kernel may access when it works on one edge.
+
+/// Calls visit(EdgeId) for the edges within `reach` of `edge`, some of them more than once.
+template <class Visit>
+void for_each_edge_in_reach(const Topology& mesh, EdgeId edge, Reach reach, Visit visit) {
+  visit(edge);
+  if (reach == Reach::kOwn) return;
+  for (const FaceSide side : {mesh.edges[edge].own, mesh.edges[edge].other}) {
+    if (!side.exists()) continue;
+    for (int turn = 1; turn <= 2; ++turn) {
+      const FaceSide outer(side.face(), (side.side() + turn) % 3);
+      visit(mesh.face_edges[outer.face()][static_cast<std::size_t>(outer.side())]);
+      if (reach != Reach::kRing) continue;
+      const FaceSide beyond = mesh.across(outer);
+      if (!beyond.exists()) continue;
+      for (const EdgeId further : mesh.face_edges[beyond.face()]) visit(further);
+    }
+  }
+}
+
+// How many edges a sweep works on between two moves of its window.
+
+constexpr int kMostChunkEdgesLog2 = 12;
+
+/// The number of slots in a block of the finest level, but enough edges for every thread, and not
+/// so many that the window grows. `fewest_slots_log2` belongs to the level with the fewest slots in
+/// a block.
+inline EdgeId chunk_edges(int fewest_slots_log2, int threads) {
+  constexpr EdgeId kMinEdgesPerThread = 8;
+  EdgeId wanted = 1;
+  while (wanted < kMinEdgesPerThread * static_cast<EdgeId>(threads)) wanted *= 2;
+  return std::max(EdgeId{1} << std::min(fewest_slots_log2, kMostChunkEdgesLog2), wanted);
+}
 
 /// Pins the blocks that a run of edges needs, and releases all others. For one thread.
 class SweepWindow {
@@ -17,7 +53,7 @@ class SweepWindow {
   SweepWindow(const SweepWindow&) = delete;
   SweepWindow& operator=(const SweepWindow&) = delete;
 
-  /// The number of edges between two moves of the window: see sweep_chunks.h.
+  /// The number of edges between two moves of the window: see chunk_edges() above.
   EdgeId chunk_edges(int threads) const;
 
   /// Must be called before the first look_ahead() or advance().

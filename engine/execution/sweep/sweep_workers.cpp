@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cstdint>
 
-#include "base/call_workers.h"
 #include "base/default_arithmetic.h"
 #include "base/threads.h"
 

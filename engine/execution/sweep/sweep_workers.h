@@ -5,9 +5,9 @@
 
 #include <optional>
 
-#include "plait/extend/parallel_for.h"
 #include "plait/extend/sweep.h"
 #include "plait/extend/topology.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

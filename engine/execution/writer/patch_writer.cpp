@@ -9,7 +9,7 @@
 #include <mutex>
 #include <utility>
 
-#include "base/lock_soon.h"
+#include "base/contention.h"
 #include "execution/writer/patch_records.h"
 #include "execution/writer/record_text.h"
 #include "execution/writer/written_attribute.h"
@@ -23,7 +23,7 @@ namespace {
 
 /// The records of edited positions are no longer those that a scheme makes.
 void forget_how_made(Store& store, AttributeId id) {
-  if (store.rounding(id)) StoreAccess::set_rounding(store, id, {});
+  if (StoreAccess::rounding(store, id)) StoreAccess::set_rounding(store, id, {});
   if (store.attributes()[id].schema.name != "position" || store.provenance().scheme.empty()) return;
   Provenance provenance = store.provenance();
   provenance.scheme.clear();
@@ -127,9 +127,10 @@ PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
       unfinished.add(attribute.file(level), Access::kOverwrite);
   }
   // Blocks that are being written to the disk need frames too.
-  share_bytes = store.backend_traits().in_memory ? std::numeric_limits<std::uint64_t>::max()
-                : options.share_bytes != 0       ? options.share_bytes
-                                                 : StoreAccess::pager(store).budget_bytes() / 4 * 3;
+  share_bytes = StoreAccess::backend_traits(store).in_memory
+                    ? std::numeric_limits<std::uint64_t>::max()
+                : options.share_bytes != 0 ? options.share_bytes
+                                           : StoreAccess::pager(store).budget_bytes() / 4 * 3;
   session = StoreAccess::open_session(store);
 }
 

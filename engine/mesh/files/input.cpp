@@ -86,7 +86,7 @@ Input::Input(const std::filesystem::path& path) : file_(path, OpenMode::kRead) {
   buffer_.resize(kBufferBytes);
 }
 
-/// As if the file had so many bytes.
+/// As if the file had this number of bytes.
 void Input::begin_decompression(std::uint64_t file_bytes) {
   decompressor_ = std::make_unique<Decompressor>();
   auto& stream = decompressor_->stream;

@@ -13,7 +13,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// A polygon that is not convex may have so many corners. The time grows with their square.
+/// The most corners of a polygon that is not convex. The time grows with their square.
 constexpr std::size_t kMostEarCorners = 20000;
 
 /// Whether the triangles (first corner, two corners that follow each other) are right: each has the

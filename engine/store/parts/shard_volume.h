@@ -27,7 +27,7 @@ struct OpenShard {
 
 class ShardVolume final : public Volume {
  public:
-  /// So many files are open at most, beside those that a thread reads at this moment.
+  /// The most files that are open, beside those that a thread reads at this moment.
   static constexpr std::size_t kMostOpenFiles = 64;
 
   explicit ShardVolume(std::unique_ptr<Volume> inner);

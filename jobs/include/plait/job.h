@@ -18,7 +18,6 @@
 
 #include "plait/detail/namespace.h"
 #include "plait/error.h"
-#include "plait/extend/parallel_for.h"
 #include "plait/progress.h"
 
 PLAIT_BEGIN_NAMESPACE

@@ -48,11 +48,6 @@ struct SubdivideOptions {
 /// bits. REQUIRES: attribute "position".
 ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted);
 
-/// Adds the attribute "position" to a store that has no attribute yet, with three components of
-/// type `precision`, and fills its base records from base().positions(). Errors: kInvalidArgument
-/// unless `precision` is float32 or float64, and for a position that is too large for float32.
-void add_base_positions(Store& store, ComponentType precision = ComponentType::kFloat32);
-
 /// Refines attribute "position" from its finest level to `options.levels`. A store that is finer
 /// keeps its levels, and normals are made up to `options.levels`. Records the scheme in the store's
 /// provenance, so that the store can be repaired and resumed. (Only a program that has the rule can

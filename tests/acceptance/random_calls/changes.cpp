@@ -11,6 +11,7 @@
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/recode_attribute.h"
+#include "plait/notes.h"
 
 namespace plait::test {
 namespace {
@@ -106,22 +107,23 @@ void Machine::face(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   if (found == now_.face_attributes.end()) {
     const AttributeSchema schema{name, b % 2 == 0 ? ComponentType::kUint8 : ComponentType::kUint32,
                                  1};
-    if (!change([&] { store_->add_face_attribute(schema); })) return;
+    if (!change([&] { store_->notes().add_face_attribute(schema); })) return;
     now_.face_attributes.push_back({schema, Bytes(base_.face_count() * schema.record_bytes())});
   } else if (c % 3 == 0) {
-    if (!change([&] { store_->remove_face_attribute(name); })) return;
+    if (!change([&] { store_->notes().remove_face_attribute(name); })) return;
     now_.face_attributes.erase(found);
   } else {
     Bytes numbers(found->numbers.size());
     fill_pattern(found->schema, b, 0, numbers);
-    if (!change([&] { std::ranges::copy(numbers, store_->face_bytes(name).begin()); })) return;
+    if (!change([&] { std::ranges::copy(numbers, store_->notes().face_bytes(name).begin()); }))
+      return;
     found->numbers = std::move(numbers);
   }
 }
 
 void Machine::text(std::uint32_t a, std::uint32_t b) {
   const std::string name = fmt::format("t{}", a % 3), text(b % 5, 'x');
-  if (!change([&] { store_->set_text(name, text); })) return;
+  if (!change([&] { store_->notes().set_text(name, text); })) return;
   now_.texts.erase(name);
   if (!text.empty()) now_.texts[name] = text;
 }

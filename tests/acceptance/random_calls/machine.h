@@ -16,8 +16,6 @@
 #include "acceptance/random_calls/script.h"
 #include "acceptance/random_calls/store_model.h"
 #include "plait/error.h"
-#include "plait/extend/parallel_for.h"
-#include "plait/extend/store_event.h"
 #include "plait/progress.h"
 #include "plait/reader.h"
 #include "plait/store.h"

@@ -123,7 +123,7 @@ void Machine::gone() {
   };
   refuses([&] { store_->attributes(); });
   refuses([&] { store_->commit(); });
-  refuses([&] { store_->statistics(); });
+  refuses([&] { store_->info(); });
   refuses([&] { digest(*store_); });
   *store_ = std::move(elsewhere);
 }

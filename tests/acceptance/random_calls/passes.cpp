@@ -11,7 +11,9 @@
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
+#include "plait/notes.h"
 #include "plait/patch_writer.h"
+#include "plait/store_info.h"
 #include "plait/visit_vertices.h"
 
 namespace plait::test {
@@ -48,10 +50,10 @@ void Machine::call_back(std::uint32_t which) {
     case 6:
       return refuses("subdivide", [&] { subdivide(store, {.levels = kFinestOfScripts}); });
     case 7:
-      return refuses("set_text", [&] { store.set_text("t", "x"); });
+      return refuses("set_text", [&] { store.notes().set_text("t", "x"); });
     case 8:
       store.attributes();
-      store.statistics();
+      store.info().paging;
       try {
         static_cast<void>(std::as_const(store).base_bytes(0));
       } catch (const Error& error) {  // of the pass, or left unfinished before

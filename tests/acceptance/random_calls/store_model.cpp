@@ -9,6 +9,7 @@
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/store_access.h"
+#include "plait/notes.h"
 #include "plait/registry.h"
 
 namespace plait::test {
@@ -83,9 +84,9 @@ void change_pattern(const AttributeSchema& schema, std::span<std::byte> bytes) {
 Content content_of(Store& store) {
   Content content;
   content.provenance = store.provenance();
-  content.texts = store.texts();
-  for (const AttributeSchema& schema : store.face_attributes()) {
-    const auto numbers = std::as_const(store).face_bytes(schema.name);
+  content.texts = store.notes().texts();
+  for (const AttributeSchema& schema : store.notes().face_attributes()) {
+    const auto numbers = std::as_const(store).notes().face_bytes(schema.name);
     content.face_attributes.push_back({schema, {numbers.begin(), numbers.end()}});
   }
   const Reader reader(store);
@@ -119,14 +120,15 @@ std::string difference(const Store& store, const Content& expected) {
   if (store.attributes().size() != expected.attributes.size())
     return fmt::format("{} attributes, expected {}", store.attributes().size(),
                        expected.attributes.size());
-  if (store.texts() != expected.texts) return "other texts";
-  if (store.face_attributes().size() != expected.face_attributes.size())
-    return fmt::format("{} face attributes, expected {}", store.face_attributes().size(),
+  if (store.notes().texts() != expected.texts) return "other texts";
+  if (store.notes().face_attributes().size() != expected.face_attributes.size())
+    return fmt::format("{} face attributes, expected {}", store.notes().face_attributes().size(),
                        expected.face_attributes.size());
   for (std::size_t at = 0; at < expected.face_attributes.size(); ++at) {
-    const AttributeSchema& schema = store.face_attributes()[at];
+    const AttributeSchema& schema = store.notes().face_attributes()[at];
     if (schema != expected.face_attributes[at].schema ||
-        !std::ranges::equal(store.face_bytes(schema.name), expected.face_attributes[at].numbers))
+        !std::ranges::equal(store.notes().face_bytes(schema.name),
+                            expected.face_attributes[at].numbers))
       return fmt::format("face attribute '{}' differs", schema.name);
   }
   const Reader reader(store);

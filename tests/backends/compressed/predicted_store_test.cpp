@@ -12,6 +12,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "support/error_of.h"
@@ -130,7 +131,7 @@ TEST_CASE("PredictedStore_Digest_DecodesEachBlockOnce_AndIsTheSumOfTheLevelsUnde
       std::uint64_t blocks = 0;
       for (int level = 1; level <= kFinest; ++level)
         blocks += StoreAccess::level_file(store, 0, level).geometry.block_count();
-      CHECK(store.statistics().blocks_read == blocks);
+      CHECK(store.info().paging.blocks_read == blocks);
     } catch (const Error& error) {
       CHECK(error.code() == ErrorCode::kBudget);
       ++refused;

@@ -1,9 +1,9 @@
 // is_utf8_text(): all code points and all malformed sequences of the standard's table.
-#include "base/utf8.h"
-
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <string>
+
+#include "base/text.h"
 
 namespace plait::test {
 namespace {

@@ -6,6 +6,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/layout.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "support/counting_backend.h"
 #include "support/error_of.h"
 #include "support/sanitized.h"
@@ -147,7 +148,7 @@ TEST_CASE("Fused_AnyDurableBackend_WritesEachBlockOnceAndReadsNone") {
         check_refined_once(calls, threads);
         store.commit();
         CHECK(counts.read_blocks == 0);
-        if (!store.backend_traits().in_memory) CHECK(counts.write_blocks == block_count(store));
+        if (!store.info().backend.in_memory) CHECK(counts.write_blocks == block_count(store));
         store.close();
       }
       Store reopened = Store::open(path, {}, default_backends());
@@ -187,16 +188,16 @@ TEST_CASE("Fused_BudgetOfWhatItNeeds_StillWritesEachBlockOnceAndReadsNone") {
         CHECK(error.code() == ErrorCode::kBudget);
         CHECK(names(error, {"'numbering'", std::to_string(needed), std::to_string(needed - 1)}));
         CHECK(calls.refiners == 0);
-        CHECK(store.statistics().peak_frame_bytes == 0);
+        CHECK(store.info().paging.peak_frame_bytes == 0);
         CHECK(counts.write_blocks == 0);
         CHECK(counts.read_blocks == 0);
       }
       Store store = create(needed);
       fused(store, numbering_pass(store, kManyRunsLevels, calls), {threads, {}});
-      CHECK(store.statistics().peak_frame_bytes <= needed);
+      CHECK(store.info().paging.peak_frame_bytes <= needed);
       store.commit();
       CHECK(counts.read_blocks == 0);
-      if (!store.backend_traits().in_memory) CHECK(counts.write_blocks == block_count(store));
+      if (!store.info().backend.in_memory) CHECK(counts.write_blocks == block_count(store));
       check_refined_once(calls, threads);
       CHECK(holds_numbers(store, kManyRunsLevels));
     }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "engine/store/sample_store.h"
+#include "plait/extend/backend_registry.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/fused.h"
 

@@ -1,7 +1,5 @@
 // Executors on threads of the program: the same bits whatever its pool does, errors and cancels
 // come back, and a loop that leaves bodies out is noticed.
-#include "plait/extend/parallel_for.h"
-
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <stdexcept>
@@ -12,6 +10,7 @@
 #include "plait/digest.h"
 #include "plait/extend/sweep.h"
 #include "plait/layout.h"
+#include "plait/progress.h"
 #include "plait/registry.h"
 #include "support/error_of.h"
 #include "support/parallel_loops.h"

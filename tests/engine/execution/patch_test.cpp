@@ -10,6 +10,7 @@
 #include "engine/execution/numbered_store.h"
 #include "plait/extend/in_core_mesh.h"
 #include "plait/extend/store_access.h"
+#include "plait/store_info.h"
 #include "support/error_of.h"
 #include "support/test_meshes.h"
 
@@ -126,8 +127,8 @@ TEST_CASE("PatchAt_SmallestWindow_StaysValidWithinAPatch") {
       Store store = place.open();
       leave_for_frames(store, needed);
       check_all_points(store, place.expected, Reach::kFaces, 0);
-      CHECK(store.statistics().peak_frame_bytes == needed);
-      CHECK(store.statistics().blocks_evicted > 100);
+      CHECK(store.info().paging.peak_frame_bytes == needed);
+      CHECK(store.info().paging.blocks_evicted > 100);
 
       Store smaller = place.open();
       leave_for_frames(smaller, needed - 1);
@@ -148,8 +149,8 @@ TEST_CASE("PatchAt_AmpleWindow_ReadsEveryBlockOnce") {
   std::uint64_t blocks = 0;
   for (int level = 1; level <= kLevels; ++level)
     blocks += StoreAccess::level_file(store, 0, level).geometry.block_count();
-  CHECK(store.statistics().blocks_read == blocks);
-  CHECK(store.statistics().blocks_written == 0);
+  CHECK(store.info().paging.blocks_read == blocks);
+  CHECK(store.info().paging.blocks_written == 0);
 }
 
 TEST_CASE("PatchAt_BaseLevelAboveZero_CountsLevelsFromTheGivenMesh") {

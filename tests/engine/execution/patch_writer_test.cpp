@@ -16,6 +16,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -131,7 +132,7 @@ TEST_CASE("PatchWriter_PatchesInAnyOrder_FillEveryLevelOfEveryAttribute") {
         }
     writer.finish();
     if (!in_memory) {
-      CHECK(store.statistics().peak_frame_bytes <= 96 << 10);
+      CHECK(store.info().paging.peak_frame_bytes <= 96 << 10);
       store.commit();
       store.close();
       store = Store::open(path, {.writable = true}, default_backends());
@@ -185,7 +186,7 @@ TEST_CASE("PatchWriter_FacesInLayoutOrder_WriteEachBlockOnceAndReadNone") {
   for (int level = 1; level <= kFinest; ++level)
     blocks += StoreAccess::level_file(store, 0, level).geometry.block_count();
   CHECK(writer.statistics().blocks_read == 0);
-  CHECK(store.statistics().blocks_written == blocks);
+  CHECK(store.info().paging.blocks_written == blocks);
   CHECK(holds_sample(store, 0));
 }
 

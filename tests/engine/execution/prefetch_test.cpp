@@ -11,6 +11,7 @@
 #include "engine/store/sample_store.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -166,7 +167,7 @@ TEST_CASE("Events_OfAStore_TellOfOpenCommitAndEviction") {
     reader.read_patch(face, kPatchLevels);
   const std::vector<Told> evicted = later.of(StoreEvent::Kind::kEvicted);
   REQUIRE(evicted.size() > 10);
-  CHECK(evicted.size() == store.statistics().blocks_evicted);
+  CHECK(evicted.size() == store.info().paging.blocks_evicted);
   for (const Told& told : evicted) {
     REQUIRE(told.attribute == sample_schemas()[0].name);
     REQUIRE((told.level >= 1 && told.level <= kPatchLevels));
@@ -186,7 +187,7 @@ TEST_CASE("Events_WithoutPatience_TellOfEachRead") {
     const Reader reader(store);
     for (FaceId face = 0; face < store.base().face_count(); ++face)
       reader.read_patch(face, kPatchLevels);
-    reads = store.statistics().blocks_read;
+    reads = store.info().paging.blocks_read;
   }
   CHECK(reads > 0);
   CHECK(log.of(StoreEvent::Kind::kSlowRead).size() == reads);
@@ -200,7 +201,8 @@ TEST_CASE("Events_CallThatThrowsOrTakesStatistics_HarmsNoRead") {
   std::atomic<int> calls = 0;
   StoreEvents events{[&](const StoreEvent& event) {
                        ++calls;
-                       if (open != nullptr) CHECK(open->statistics().blocks_read > 0);
+                       if (open != nullptr)
+                         CHECK(StoreAccess::pager(*open).statistics().blocks_read > 0);
                        if (event.kind != StoreEvent::Kind::kOpened) throw 1;
                      },
                      0};

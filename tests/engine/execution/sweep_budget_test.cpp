@@ -7,6 +7,7 @@
 #include "engine/store/sample_store.h"
 #include "plait/extend/sweep.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -92,7 +93,7 @@ TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
           CHECK(sums.calls == base.edge_count());
           if (needed >= kSmallestBudget) {
             ++tight;
-            CHECK(store.statistics().peak_frame_bytes == needed);
+            CHECK(store.info().paging.peak_frame_bytes == needed);
           }
           const std::vector<std::byte> result = read_level(store, 1, kBudgetLevels);
           if (threads == 1) first_result = result;
@@ -123,8 +124,8 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
       CHECK(error.code() == ErrorCode::kBudget);
       CHECK(names(error, {"'sums'", "needs " + std::to_string(needed), "span"}));
       CHECK(sums.calls == 0);
-      CHECK(store.statistics().blocks_read == 0);
-      CHECK(store.statistics().peak_frame_bytes == 0);
+      CHECK(store.info().paging.blocks_read == 0);
+      CHECK(store.info().paging.peak_frame_bytes == 0);
     }
 }
 

@@ -8,9 +8,10 @@
 
 #include "engine/execution/naive_reach.h"
 #include "engine/store/sample_store.h"
-#include "execution/sweep/stencil.h"
+#include "execution/sweep/sweep_window.h"
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "support/counting_backend.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -197,9 +198,9 @@ TEST_CASE("Sweep_WriteOnlyLevels_AreNeverRead") {
     for (int level = 1; level <= 3; ++level)
       blocks += StoreAccess::level_file(store, 0, level).geometry.block_count();
     CHECK(counts.read_calls == 0);
-    CHECK(store.statistics().blocks_read == 0);
-    CHECK(store.statistics().blocks_written == blocks);
-    CHECK(store.statistics().blocks_prefetched == 0);
+    CHECK(store.info().paging.blocks_read == 0);
+    CHECK(store.info().paging.blocks_written == blocks);
+    CHECK(store.info().paging.blocks_prefetched == 0);
   }
 }
 
@@ -215,8 +216,8 @@ TEST_CASE("Sweep_AmpleBudget_ReadsEveryBlockOnce") {
     const std::uint64_t blocks = StoreAccess::level_file(store, 0, 2).geometry.block_count() +
                                  StoreAccess::level_file(store, 0, 3).geometry.block_count();
     REQUIRE(blocks > 50);
-    CHECK(store.statistics().blocks_read == blocks);
-    CHECK(store.statistics().blocks_written == 0);
+    CHECK(store.info().paging.blocks_read == blocks);
+    CHECK(store.info().paging.blocks_written == 0);
   }
 }
 

@@ -1,6 +1,6 @@
-#include "base/name_table.h"
-
 #include <catch2/catch.hpp>
+
+#include "base/text.h"
 
 namespace plait::test {
 namespace {

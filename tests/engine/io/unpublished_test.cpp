@@ -9,8 +9,8 @@
 #include <span>
 #include <string>
 
+#include "io/machine.h"
 #include "io/made_mark.h"
-#include "io/own_machine.h"
 #include "plait/error.h"
 #include "store/left_overs.h"
 #include "support/before_operation.h"

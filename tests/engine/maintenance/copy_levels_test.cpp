@@ -13,6 +13,7 @@
 #include "plait/digest.h"
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -63,7 +64,7 @@ TEST_CASE("CopyLevels_AnyBackendToAnyOther_KeepsEveryByte") {
           CHECK(to.attributes().size() == 7);
           CHECK(digest(to) == expected);
           for (AttributeId id = 0; id < 6; ++id) CHECK(holds_sample(to, id));
-          CHECK(to.statistics().peak_frame_bytes <= 1 << 20);
+          CHECK(to.info().paging.peak_frame_bytes <= 1 << 20);
         }
         if (!is_durable(to_backend)) continue;
         Store to = Store::open(directory.path() / "to",
@@ -101,12 +102,12 @@ TEST_CASE("CopyLevels_BetweenBlockSizes_ReadsAndWritesEveryBlockOnce") {
         to_blocks += StoreAccess::level_file(to, 0, level).geometry.block_count();
       }
       REQUIRE(bytes > 4 * (64 << 10));  // far more than the budgets
-      CHECK(from.statistics().blocks_read == from_blocks);
-      CHECK(from.statistics().bytes_read == bytes);
-      CHECK(from.statistics().blocks_written == 0);
-      CHECK(to.statistics().blocks_read == 0);
-      CHECK(to.statistics().blocks_written == to_blocks);
-      CHECK(to.statistics().bytes_written == bytes);
+      CHECK(from.info().paging.blocks_read == from_blocks);
+      CHECK(from.info().paging.bytes_read == bytes);
+      CHECK(from.info().paging.blocks_written == 0);
+      CHECK(to.info().paging.blocks_read == 0);
+      CHECK(to.info().paging.blocks_written == to_blocks);
+      CHECK(to.info().paging.bytes_written == bytes);
     }
 }
 

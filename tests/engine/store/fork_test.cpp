@@ -118,7 +118,7 @@ TEST_CASE("Store_InAForkedProcess_RefusesEveryCallAndDisturbsNobody") {
           refuses([&] { store->base(); }) && refuses([&] { store->options(); }) &&
           refuses([&] { store->attribute("position"); }) &&
           refuses([&] { store->add_level(id); }) && refuses([&] { store->commit(); }) &&
-          refuses([&] { store->close(); }) && refuses([&] { store->statistics(); }) &&
+          refuses([&] { store->close(); }) && refuses([&] { store->info(); }) &&
           refuses([&] { reader->read_patch(1, 2); }) &&
           refuses([&] { reader->read_patch(1, 0); }) && refuses([&] { reader->statistics(); }) &&
           refuses([&] { Reader another(*store); }) && refuses([&] { digest(*store); }) &&

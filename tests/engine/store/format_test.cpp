@@ -11,7 +11,9 @@
 #include "plait/extend/patch.h"
 #include "plait/extend/store_access.h"
 #include "plait/layout.h"
+#include "plait/notes.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "store/attribute_levels.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -106,7 +108,7 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
     options.pipeline = variant.pipeline;
     Store store = Store::create(path, BaseMesh::build(with_integer_positions(mesh)), options,
                                 default_backends(), {.base_level = variant.base_level});
-    uuid = store.uuid();
+    uuid = store.info().uuid;
     StoreAccess::set_provenance(
         store, {"midpoint", true, ComponentType::kFloat64, "given", variant.base_level, "0.12.3"});
     const AttributeId dropped = add_sample(store, {"dropped", ComponentType::kUint8, 1}, 1);
@@ -246,11 +248,11 @@ TEST_CASE("Format_TextsFaceAttributesAndMapsToTheInput_AreReadAsTheDocumentSays"
   {
     Store store = Store::create(path, lay_out(BaseMesh::build(input), LayoutKind::kHilbert),
                                 sample_options("pread"), default_backends());
-    store.set_text("unit", "mm");
-    store.set_text("author", note);
-    store.add_face_attribute({"material", ComponentType::kUint16, 1});
-    store.add_face_attribute({"part", ComponentType::kUint32, 1});
-    const std::span<std::uint32_t> part = store.face_records<std::uint32_t>("part");
+    store.notes().set_text("unit", "mm");
+    store.notes().set_text("author", note);
+    store.notes().add_face_attribute({"material", ComponentType::kUint16, 1});
+    store.notes().add_face_attribute({"part", ComponentType::kUint32, 1});
+    const std::span<std::uint32_t> part = store.notes().face_records<std::uint32_t>("part");
     for (std::size_t face = 0; face < part.size(); ++face)
       part[face] = static_cast<std::uint32_t>(70000 * face);
     store.commit();

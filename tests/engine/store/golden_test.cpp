@@ -9,6 +9,7 @@
 #include "plait/digest.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "plait/notes.h"
 #include "plait/registry.h"
 #include "plait/subdivide.h"
 #include "support/temporary_directory.h"
@@ -66,12 +67,12 @@ TEST_CASE("GoldenStore_WithNotes_HasWhatItsProgramPutThere") {
   const std::filesystem::path path = directory.path() / "notes.plait";
   std::filesystem::copy(std::filesystem::path(PLAIT_GOLDEN_DIRECTORY) / "notes.plait", path);
   Store store = Store::open(path, {}, default_backends());
-  CHECK(store.texts() == Texts{{"author", "Zoë"}, {"unit", "mm"}});
+  CHECK(store.notes().texts() == Texts{{"author", "Zoë"}, {"unit", "mm"}});
   const InputMaps maps = store.base().input_maps();
   CHECK(maps.input_vertex_count == 8);
   CHECK(maps.vertices[0] == kNoId);
   CHECK(maps.vertices[4] == kNoId);
-  const auto material = std::as_const(store).face_records<std::uint16_t>("material");
+  const auto material = std::as_const(store).notes().face_records<std::uint16_t>("material");
   REQUIRE(material.size() == 4);
   for (FaceId face = 0; face < 4; ++face) {
     CHECK(material[face] == 300 * (face + 1));

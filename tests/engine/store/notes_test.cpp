@@ -1,5 +1,7 @@
 // What a store has beside levels: texts, attributes of the base faces, and where everything was in
 // the program's own mesh. Commits record them, copies have them, roll_back() brings them back.
+#include "plait/notes.h"
+
 #include <catch2/catch.hpp>
 #include <numeric>
 #include <string>
@@ -28,11 +30,11 @@ std::vector<std::uint16_t> some_numbers(const Store& store, std::uint16_t first)
 }
 
 void set_numbers(Store& store, const std::vector<std::uint16_t>& numbers) {
-  std::ranges::copy(numbers, store.face_records<std::uint16_t>("part").begin());
+  std::ranges::copy(numbers, store.notes().face_records<std::uint16_t>("part").begin());
 }
 
 bool has_numbers(const Store& store, const std::vector<std::uint16_t>& numbers) {
-  return std::ranges::equal(store.face_records<std::uint16_t>("part"), numbers);
+  return std::ranges::equal(store.notes().face_records<std::uint16_t>("part"), numbers);
 }
 
 Store make(const std::filesystem::path& path, const std::string& backend) {
@@ -40,10 +42,10 @@ Store make(const std::filesystem::path& path, const std::string& backend) {
   std::swap(mesh.faces[2][0], mesh.faces[2][1]);
   Store store = Store::create(path, lay_out(BaseMesh::build(mesh), LayoutKind::kHilbert),
                               sample_options(backend), default_backends());
-  store.add_face_attribute({"part", ComponentType::kUint16, 1});
+  store.notes().add_face_attribute({"part", ComponentType::kUint16, 1});
   set_numbers(store, some_numbers(store, 7));
-  store.set_text("unit", "mm");
-  store.set_text("author", "Zoë");
+  store.notes().set_text("unit", "mm");
+  store.notes().set_text("author", "Zoë");
   add_sample(store, sample_schemas()[0], 2);
   store.commit();
   return store;
@@ -58,9 +60,9 @@ TEST_CASE("Notes_OfACommit_AreThereAfterReopening") {
     const auto path = directory.path() / "s.plait";
     const InputMaps maps = make(path, backend).base().input_maps();
     Store store = Store::open(path, {.writable = true}, default_backends());
-    CHECK(store.texts() == Texts{{"author", "Zoë"}, {"unit", "mm"}});
-    REQUIRE(store.face_attributes().size() == 1);
-    CHECK(store.face_attributes()[0] == AttributeSchema{"part", ComponentType::kUint16, 1});
+    CHECK(store.notes().texts() == Texts{{"author", "Zoë"}, {"unit", "mm"}});
+    REQUIRE(store.notes().face_attributes().size() == 1);
+    CHECK(store.notes().face_attributes()[0] == AttributeSchema{"part", ComponentType::kUint16, 1});
     CHECK(has_numbers(store, some_numbers(store, 7)));
     CHECK(store.base().input_maps().input_faces == maps.input_faces);
     CHECK(store.base().input_maps().turned == maps.turned);
@@ -73,20 +75,20 @@ TEST_CASE("Notes_OfACommit_AreThereAfterReopening") {
     set_numbers(store, some_numbers(store, 100));
     store.commit();
     CHECK(store.sequence() == first + 1);
-    store.set_text("unit", "");
+    store.notes().set_text("unit", "");
     store.commit();
     CHECK(store.sequence() == first + 2);
-    store.remove_face_attribute("part");
-    store.add_face_attribute({"colour", ComponentType::kUint32, 1});
+    store.notes().remove_face_attribute("part");
+    store.notes().add_face_attribute({"colour", ComponentType::kUint32, 1});
     store.close();
     store = Store::open(path, {.writable = true}, default_backends());
-    CHECK(store.texts() == Texts{{"author", "Zoë"}});
+    CHECK(store.notes().texts() == Texts{{"author", "Zoë"}});
     CHECK(has_numbers(store, some_numbers(store, 100)));
-    store.remove_face_attribute("part");
+    store.notes().remove_face_attribute("part");
     store.commit();
     store.close();
     store = Store::open(path, {}, default_backends());
-    CHECK(store.face_attributes().empty());
+    CHECK(store.notes().face_attributes().empty());
     CHECK(check_store(path, default_backends()).left_over.empty());
   }
 }
@@ -97,22 +99,22 @@ TEST_CASE("Notes_RolledBack_AreThoseOfTheCommit") {
     const TemporaryDirectory directory;
     const bool on_disk = std::string(backend) != "memory";
     Store store = make(on_disk ? directory.path() / "s.plait" : std::filesystem::path(), backend);
-    store.set_text("unit", "inch");
+    store.notes().set_text("unit", "inch");
     set_numbers(store, some_numbers(store, 1000));
-    store.add_face_attribute({"colour", ComponentType::kUint8, 1});
+    store.notes().add_face_attribute({"colour", ComponentType::kUint8, 1});
     store.roll_back();
-    CHECK(store.texts() == Texts{{"author", "Zoë"}, {"unit", "mm"}});
-    CHECK(store.face_attributes().size() == 1);
+    CHECK(store.notes().texts() == Texts{{"author", "Zoë"}, {"unit", "mm"}});
+    CHECK(store.notes().face_attributes().size() == 1);
     CHECK(has_numbers(store, some_numbers(store, 7)));
     CHECK(holds_sample(store, 0));
   }
   Store store = Store::create({}, BaseMesh::build(tetrahedron()), sample_options("memory"),
                               default_backends());
-  store.set_text("unit", "mm");
-  store.add_face_attribute({"part", ComponentType::kUint8, 1});
+  store.notes().set_text("unit", "mm");
+  store.notes().add_face_attribute({"part", ComponentType::kUint8, 1});
   store.roll_back();
-  CHECK(store.texts().empty());
-  CHECK(store.face_attributes().empty());
+  CHECK(store.notes().texts().empty());
+  CHECK(store.notes().face_attributes().empty());
 }
 
 TEST_CASE("Notes_OfACopy_AreThoseOfTheSource") {
@@ -124,7 +126,7 @@ TEST_CASE("Notes_OfACopy_AreThoseOfTheSource") {
   to.commit();
   to.close();
   to = Store::open(directory.path() / "t.plait", {}, default_backends());
-  CHECK(to.texts() == from.texts());
+  CHECK(to.notes().texts() == from.notes().texts());
   CHECK(has_numbers(to, some_numbers(to, 7)));
   CHECK(to.base().input_maps().input_faces == from.base().input_maps().input_faces);
 }
@@ -134,33 +136,33 @@ TEST_CASE("Notes_WrongNamesTextsAndTypes_AreRefused") {
   const auto refused = [&](const auto& call) { return error_of(call).code(); };
   using E = ErrorCode;
   for (const std::string& name : {std::string(), std::string("a b"), std::string(256, 'n')}) {
-    CHECK(refused([&] { store.set_text(name, "x"); }) == E::kInvalidArgument);
+    CHECK(refused([&] { store.notes().set_text(name, "x"); }) == E::kInvalidArgument);
     CHECK(refused([&] {
-            store.add_face_attribute({name, ComponentType::kUint8, 1});
+            store.notes().add_face_attribute({name, ComponentType::kUint8, 1});
           }) == E::kInvalidArgument);
   }
   for (const std::string& text :
        {std::string("\x80"), std::string("\xc0\x80"), std::string("\xed\xa0\x80"),
         std::string("\xf4\x90\x80\x80"), std::string("a\r"), std::string("\0a", 2),
         std::string("\xc2\x85"), std::string(65537, 'x')})
-    CHECK(refused([&] { store.set_text("note", text); }) == E::kInvalidArgument);
-  store.set_text("note", std::string(65536, 'x'));
-  CHECK(store.texts().size() == 3);
+    CHECK(refused([&] { store.notes().set_text("note", text); }) == E::kInvalidArgument);
+  store.notes().set_text("note", std::string(65536, 'x'));
+  CHECK(store.notes().texts().size() == 3);
   CHECK(refused([&] {
-          store.add_face_attribute({"part", ComponentType::kUint8, 1});
+          store.notes().add_face_attribute({"part", ComponentType::kUint8, 1});
         }) == E::kInvalidArgument);
   for (const AttributeSchema& schema : {AttributeSchema{"f", ComponentType::kFloat32, 1},
                                         {"i", ComponentType::kInt16, 1},
                                         {"u", ComponentType::kUint64, 1},
                                         {"two", ComponentType::kUint8, 2}})
-    CHECK(refused([&] { store.add_face_attribute(schema); }) == E::kInvalidArgument);
-  CHECK(refused([&] { store.face_records<std::uint8_t>("part"); }) == E::kInvalidArgument);
-  CHECK(refused([&] { store.face_bytes("colour"); }) == E::kNotFound);
-  CHECK(refused([&] { store.remove_face_attribute("colour"); }) == E::kNotFound);
+    CHECK(refused([&] { store.notes().add_face_attribute(schema); }) == E::kInvalidArgument);
+  CHECK(refused([&] { store.notes().face_records<std::uint8_t>("part"); }) == E::kInvalidArgument);
+  CHECK(refused([&] { store.notes().face_bytes("colour"); }) == E::kNotFound);
+  CHECK(refused([&] { store.notes().remove_face_attribute("colour"); }) == E::kNotFound);
   {
     const Reader reader(store);
-    CHECK(refused([&] { store.face_bytes("part"); }) == E::kBusy);
-    CHECK(refused([&] { store.set_text("unit", "m"); }) == E::kBusy);
+    CHECK(refused([&] { store.notes().face_bytes("part"); }) == E::kBusy);
+    CHECK(refused([&] { store.notes().set_text("unit", "m"); }) == E::kBusy);
   }
 }
 

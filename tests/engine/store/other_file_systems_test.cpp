@@ -6,6 +6,7 @@
 
 #include "plait/error.h"
 #include "plait/extend/notices.h"
+#include "plait/notes.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "support/answering_operations.h"
@@ -27,7 +28,7 @@ Store made_store(const fs::path& path) {
 }
 
 void commit_another(Store& store) {
-  store.set_text("title", std::to_string(store.sequence()));
+  store.notes().set_text("title", std::to_string(store.sequence()));
   store.commit();
 }
 

@@ -12,8 +12,10 @@
 #include "plait/extend/patch.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
+#include "plait/notes.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "plait/verify.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -62,9 +64,9 @@ std::vector<NamedCall> changes() {
       {"base_records", [](Store& s) { s.base_records<Point>(0); }},
       {"add_face_attribute",
        [](Store& s) {
-         s.add_face_attribute({"new", ComponentType::kUint8, 1});
+         s.notes().add_face_attribute({"new", ComponentType::kUint8, 1});
        }},
-      {"set_text", [](Store& s) { s.set_text("unit", "mm"); }},
+      {"set_text", [](Store& s) { s.notes().set_text("unit", "mm"); }},
       {"set_provenance", [](Store& s) { StoreAccess::set_provenance(s, {}); }},
   };
 }
@@ -102,20 +104,18 @@ TEST_CASE("Store_ClosedOrMovedFrom_RefusesEveryCall") {
            {"path", [](Store& s) { s.path(); }},
            {"base", [](Store& s) { s.base(); }},
            {"options", [](Store& s) { s.options(); }},
-           {"uuid", [](Store& s) { s.uuid(); }},
            {"sequence", [](Store& s) { s.sequence(); }},
-           {"backend_traits", [](Store& s) { s.backend_traits(); }},
+           {"info", [](Store& s) { s.info(); }},
+           {"notes", [](Store& s) { s.notes(); }},
+           {"const notes", [](Store& s) { std::as_const(s).notes(); }},
            {"provenance", [](Store& s) { s.provenance(); }},
            {"base_level", [](Store& s) { s.base_level(); }},
            {"finest_level", [](Store& s) { s.finest_level(); }},
            {"attributes", [](Store& s) { s.attributes(); }},
            {"attribute", [](Store& s) { s.attribute("position"); }},
            {"has_attribute", [](Store& s) { s.has_attribute("position"); }},
-           {"rounding", [](Store& s) { s.rounding(0); }},
            {"const base_bytes", [](Store& s) { std::as_const(s).base_bytes(0); }},
            {"const base_records", [](Store& s) { std::as_const(s).base_records<Point>(0); }},
-           {"statistics", [](Store& s) { s.statistics(); }},
-           {"stored_bytes", [](Store& s) { s.stored_bytes(); }},
            {"Reader", [](Store& s) { Reader reader(s); }},
            {"digest", [](Store& s) { digest(s); }},
            {"verify", [](Store& s) { verify(s); }},
@@ -204,7 +204,7 @@ TEST_CASE("Pass_WithACallbackThatCallsBack_RefusesChangesAndLetsItRead") {
       CHECK(names(error, {"under way"}));
       ++calls_made;
     }
-    CHECK(store.statistics().blocks_read + 1 > 0);
+    CHECK(store.info().paging.blocks_read + 1 > 0);
     CHECK(std::as_const(store).base_bytes(0).size() > 0);
     const Reader reader(store, {.attributes = {"other"}});
     CHECK(reader.read_patch(0, 3).level() == 3);

@@ -19,6 +19,7 @@
 #include "plait/extend/file.h"
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -135,7 +136,7 @@ TEST_CASE("Store_CommittedAndOpened_HoldsTheSameBytesOnEveryBackend") {
       StoreUuid uuid;
       {
         Store store = place.create(backend, mesh);
-        uuid = store.uuid();
+        uuid = store.info().uuid;
         CHECK(store.sequence() == 0);
         for (const AttributeSchema& schema : sample_schemas())
           add_sample(store, schema, schema.name == "wide" ? 2 : 3);
@@ -144,7 +145,7 @@ TEST_CASE("Store_CommittedAndOpened_HoldsTheSameBytesOnEveryBackend") {
         for (AttributeId id = 0; id < 6; ++id) CHECK(holds_sample(store, id));
       }
       Store store = place.open();
-      CHECK(store.uuid() == uuid);
+      CHECK(store.info().uuid == uuid);
       CHECK(store.sequence() == 1);
       CHECK(store.path() == place.path);
       CHECK(store.options().backend == backend);
@@ -161,7 +162,7 @@ TEST_CASE("Store_CommittedAndOpened_HoldsTheSameBytesOnEveryBackend") {
         CHECK(store.attribute(sample_schemas()[id].name) == id);
         CHECK(holds_sample(store, id));
       }
-      CHECK(store.statistics().peak_frame_bytes <= 1 << 20);
+      CHECK(store.info().paging.peak_frame_bytes <= 1 << 20);
     }
 }
 
@@ -669,7 +670,7 @@ TEST_CASE("StoreStoredBytes_OnDisk_CountsBaseRecordsAndLevels") {
   add_sample(store, sample_schemas()[0], 2);
   store.commit();
   const std::uint64_t base_mesh = std::filesystem::file_size(place.path / "base.mesh");
-  CHECK(store.stored_bytes() == base_mesh + 12 * 12 + 2 * 4096);
+  CHECK(store.info().stored_bytes == base_mesh + 12 * 12 + 2 * 4096);
 }
 
 TEST_CASE("StoreOpenedForReading_PinnedForWriting_IsRefusedOnEveryBackend") {

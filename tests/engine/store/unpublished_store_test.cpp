@@ -13,6 +13,7 @@
 #include "plait/error.h"
 #include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/store_info.h"
 #include "store/left_overs.h"
 #include "store/new_output.h"
 #include "support/before_operation.h"
@@ -27,7 +28,7 @@ namespace {
 StoreUuid make_store(const std::filesystem::path& path) {
   Store store = Store::create(path, BaseMesh::build(tetrahedron()), {}, default_backends());
   store.commit();
-  return store.uuid();
+  return store.info().uuid;
 }
 
 /// While it lives, files of this name cannot be removed: they are busy on a network, or immutable.
@@ -53,7 +54,7 @@ class FailingRemoval final : public FileOperationHook {
 };
 
 StoreUuid uuid_of(const std::filesystem::path& path) {
-  return Store::open(path, {}, default_backends()).uuid();
+  return Store::open(path, {}, default_backends()).info().uuid;
 }
 
 }  // namespace

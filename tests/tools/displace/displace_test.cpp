@@ -320,7 +320,7 @@ TEST_CASE("Displace_ForgetsTheScheme") {
   displace(store, {});
   CHECK(store.provenance().scheme.empty());
   CHECK_FALSE(store.provenance().limit);
-  CHECK_FALSE(store.rounding(store.attribute("normal")));  // they were made anew
+  CHECK_FALSE(StoreAccess::rounding(store, store.attribute("normal")));  // they were made anew
   CHECK(store.attributes().size() == 2);
   CHECK(store.has_attribute("position"));
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "generate/random.h"
+#include "plait/progress.h"
 
 using namespace plait;
 using namespace plait::generation;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plait/base_mesh.h"
@@ -52,11 +53,17 @@ LayoutSpans measure_spans(const BaseMesh& mesh);
 /// Errors: kInvalidArgument if `level` is not 0 to kMaxLevel, or the result exceeds 64 bits.
 std::uint64_t window_bytes(std::uint64_t span, int level, std::uint64_t record_bytes);
 
-/// What lay_out() returns.
+/// A mesh whose edges and faces are in the order of a layout: what lay_out() returns, or a mesh as
+/// it is.
 struct LaidOutMesh {
+  /// The mesh in the order that it has. Measures no spans.
+  LaidOutMesh(BaseMesh given) : mesh(std::move(given)) {}
+  LaidOutMesh(BaseMesh ordered, LayoutKind chosen, const LayoutSpans& measured)
+      : mesh(std::move(ordered)), kind(chosen), spans(measured) {}
+
   BaseMesh mesh;
-  LayoutKind kind;  ///< the chosen order, never kAutomatic
-  LayoutSpans spans;
+  LayoutKind kind = LayoutKind::kGiven;  ///< never kAutomatic
+  LayoutSpans spans = {};                ///< all 0 unless they were measured
 };
 /// Puts the mesh in the order `kind`. For kAutomatic, lay_out() tries three orders in parallel and
 /// takes the one with the smallest span; among equal spans it takes the first in the order of

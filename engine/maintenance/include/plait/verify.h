@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "plait/detail/namespace.h"
+#include "plait/extend/backend_registry.h"
 #include "plait/extend/block_maker.h"
 #include "plait/progress.h"
 #include "plait/store.h"

@@ -4,17 +4,21 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "plait/detail/namespace.h"
-#include "plait/extend/level_geometry.h"
 #include "plait/extend/topology.h"
 #include "plait/extend/vector3.h"
 
 PLAIT_BEGIN_NAMESPACE
+
+class LevelGeometry;
+class SlotShapes;
+struct BaseRelativeLevel;
 
 /// A face of a file that has more than three corners, and is several triangles here.
 struct CutFace {
@@ -93,9 +97,7 @@ class BaseMesh {
   /// by StoreAccess::geometry(), so only this function knows which slots a level has: today all,
   /// whole but for border edges. Errors: those of LevelGeometry.
   LevelGeometry geometry(BaseRelativeLevel level, std::size_t record_bytes,
-                         std::uint64_t block_bytes) const {
-    return {slot_shapes_, level, record_bytes, block_bytes};
-  }
+                         std::uint64_t block_bytes) const;
 
   std::span<const Vector3<double>> positions() const { return positions_; }
   std::span<const Edge> edges() const { return edges_; }
@@ -119,7 +121,7 @@ class BaseMesh {
   std::vector<Edge> edges_;
   std::vector<FaceSide> vertex_corners_;
   std::vector<EdgeId> border_edges_;
-  SlotShapes slot_shapes_;
+  std::shared_ptr<const SlotShapes> slot_shapes_;  ///< nullptr: of no edge
   std::vector<VertexId> input_vertices_;  ///< as in InputMaps; empty if no vertex was renumbered
   std::uint64_t input_vertex_count_ = 0;
   /// [face] twice its number in the input, plus one if build() turned it; empty if nothing changed.

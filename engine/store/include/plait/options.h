@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "plait/attribute.h"
 #include "plait/detail/namespace.h"
-#include "plait/extend/backend_registry.h"
-#include "plait/extend/parallel_for.h"
-#include "plait/extend/store_event.h"
+#include "plait/extend/pipeline.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -26,7 +26,7 @@ struct StoreOptions {
   // Behaviour
   /// A name in the registry, or "auto": what BackendRegistry::choose()
   /// chooses. Store::options() of the new store has the chosen name.
-  std::string backend = std::string(kAutomaticBackend);
+  std::string backend = "auto";
   /// For "auto": the bytes that all levels will have, before compression. 0: not known, or few.
   std::uint64_t expected_bytes = 0;
   /// How blocks are encoded: "shuffle,zstd:1", or more (plait/extend/pipeline.h). Not set: the
@@ -43,10 +43,10 @@ struct StoreOptions {
   /// The number of threads that prefetch blocks and write dirty ones, 0 to 64. With 0, each
   /// transfer runs in the thread that needs it. Not set: one for each processor.
   std::optional<int> io_threads = {};
-  StoreEvents events = {};  ///< whom the store tells what it does (plait/extend/store_event.h)
+  StoreEvents events = {};  ///< whom the store tells what it does (plait/progress.h)
   /// If it is set, passes over this store compute on threads of the program: they call it with the
   /// count that their option `threads` gives, if that is more than one
-  /// (plait/extend/parallel_for.h). Empty: passes start threads.
+  /// (plait/progress.h). Empty: passes start threads.
   ParallelFor parallel_for = {};
 };
 

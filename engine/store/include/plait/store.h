@@ -4,29 +4,25 @@
 // Threads: const shared (docs/threads.md). Sessions and readers count as const calls.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "plait/attribute.h"
 #include "plait/base_mesh.h"
 #include "plait/detail/namespace.h"
-#include "plait/error.h"
-#include "plait/extend/backend.h"
-#include "plait/extend/backend_registry.h"
-#include "plait/extend/pager.h"
 #include "plait/extend/provenance.h"
-#include "plait/extend/rounding.h"
 #include "plait/layout.h"
 #include "plait/options.h"
 
 PLAIT_BEGIN_NAMESPACE
+
+class BackendRegistry;
+class StoreNotes;
+struct StoreInfo;
 
 /// A position in Store::attributes(). Every call that takes one throws kInvalidArgument for a
 /// number that is no attribute's.
@@ -49,21 +45,17 @@ struct BlockAddress {
 /// const shared (docs/threads.md).
 class Store {
  public:
-  /// Makes a new store of `base`, whose edges and faces are in layout order. The store has no
-  /// attribute yet. With an empty `path` the store is only in memory; then, and only then, the
-  /// backend is one that writes no files. The store can be opened after its first commit(). If
-  /// `path` is a directory of a writer that was killed before its first commit, create() replaces
-  /// the directory's content. `provenance` says which layout `base` has, and how often the user's
-  /// mesh was refined to make it: Store::create(path, base, options, backends, {.base_level = 2}).
-  /// Errors: kInvalidArgument, also if `path` exists otherwise; kNotSupported, kIo, kNoSpace.
-  static Store create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
-                      const BackendRegistry& backends, const Provenance& provenance = {});
-
-  /// The same for the result of lay_out(), which has the layout in its place. So a resumed
-  /// subdivision can lay the mesh out in the same order.
+  /// Makes a new store of `mesh`. The store has no attribute yet. With an empty `path` the store is
+  /// only in memory; then, and only then, the backend is one that writes no files. The store can be
+  /// opened after its first commit(). If `path` is a directory of a writer that was killed before
+  /// its first commit, create() replaces the directory's content. `provenance` says how often the
+  /// user's mesh was refined to make this one: {.base_level = 2}. The store's layout is that of
+  /// `mesh`, or, if `mesh` is in no layout but its own, that of `provenance`. create_store()
+  /// (plait/create_store.h) does it with the built-in backends. Errors: kInvalidArgument, also if
+  /// `path` exists otherwise; kNotSupported, kIo, kNoSpace.
   static Store create(const std::filesystem::path& path, LaidOutMesh mesh,
                       const StoreOptions& options, const BackendRegistry& backends,
-                      Provenance provenance = {});
+                      const Provenance& provenance = {});
 
   /// Opens the last committed version. One writer and any number of readers can have a store open
   /// at the same time. Errors: kNotFound; kCorruption; kNotSupported (format version, feature
@@ -87,9 +79,9 @@ class Store {
   /// The options of a created store, with the backend's default pipeline if the caller named none.
   /// For an opened store, the options that its version records.
   const StoreOptions& options() const;
-  const StoreUuid& uuid() const;
   std::uint64_t sequence() const;  ///< commits so far
-  BackendTraits backend_traits() const;
+  /// Figures of the store as it is now (plait/store_info.h). Errors: kOutOfMemory.
+  StoreInfo info() const;
 
   /// How the levels were made: subdivide() tells it, and the next commit records it.
   const Provenance& provenance() const;
@@ -113,7 +105,7 @@ class Store {
   /// have; those of add_level().
   AttributeId add_attribute(AttributeSchema schema, int finest_level);
   /// Sets the pipelines (plait/extend/pipeline.h) of levels that later calls of add_level()
-  /// make; existing ones keep theirs (LevelFile::pipeline). The first value is options().pipeline.
+  /// make; existing ones keep theirs. The first value is options().pipeline.
   /// Errors: kInvalidArgument or kNotSupported for a pipeline that the backend cannot use.
   void set_pipeline(AttributeId attribute, LevelPipelines pipeline);
   /// Adds one level to the attribute. Its blocks read as zeros until they are written.
@@ -125,41 +117,9 @@ class Store {
   /// kInvalidArgument for other records in the place of positions that a scheme has made.
   void replace_attribute(AttributeId attribute, AttributeId replacement);
 
-  /// Attributes of the faces of base(): material, part number. They have names of their own, and
-  /// one integer for each face. Commits record them, copies and exports have them.
-  std::span<const AttributeSchema> face_attributes() const;
-  /// Adds one, of zeros. Errors: kInvalidArgument for a name that is taken or ill-formed, for
-  /// another type than uint8, uint16 and uint32 x 1, and for more than 255 face attributes.
-  void add_face_attribute(AttributeSchema schema);
-  /// Errors: kNotFound.
-  void remove_face_attribute(std::string_view name);
-  /// One number for each face of base(), in memory. Without const, for writing. Errors: kNotFound;
-  /// kInvalidArgument if the attribute has another type; without const also kBadState for a store
-  /// that was opened for reading.
-  template <class Number>
-  std::span<Number> face_records(std::string_view name) {
-    const std::span<std::byte> bytes = face_bytes(name, RecordTraits<Number>::kType);
-    return {reinterpret_cast<Number*>(bytes.data()), bytes.size() / sizeof(Number)};
-  }
-  template <class Number>
-  std::span<const Number> face_records(std::string_view name) const {
-    const std::span<const std::byte> bytes = face_bytes(name, RecordTraits<Number>::kType);
-    return {reinterpret_cast<const Number*>(bytes.data()), bytes.size() / sizeof(Number)};
-  }
-  /// The same for a program that learns the type only while it runs.
-  std::span<std::byte> face_bytes(std::string_view name, std::optional<ComponentType> type = {});
-  std::span<const std::byte> face_bytes(std::string_view name,
-                                        std::optional<ComponentType> type = {}) const;
-
-  /// What people note about the store (plait/extend/provenance.h).
-  const Texts& texts() const;
-  /// Sets a text; an empty one removes it. Errors: kInvalidArgument unless `name` has 1 to 255
-  /// characters of [A-Za-z0-9_-] and `text` is UTF-8 of at most 64 KiB without control characters
-  /// but tab and line feed.
-  void set_text(std::string_view name, std::string_view text);
-
-  /// How the records of the attribute's levels were rounded; nothing if they were not.
-  const std::optional<Rounding>& rounding(AttributeId attribute) const;
+  /// Attributes of base faces, and texts (plait/notes.h). Valid while the store is open.
+  StoreNotes& notes();
+  const StoreNotes& notes() const;
 
   /// The records of level base_level(): one for each base vertex, in memory. Errors:
   /// kInvalidArgument if the attribute has other records; kBadState if they are unfinished: a pass
@@ -208,11 +168,6 @@ class Store {
   /// of them ends.
   void close();
 
-  PagingStatistics statistics() const;
-  /// Bytes of all levels and base records, and of the base mesh file: on disk, or in memory if the
-  /// store has no path.
-  std::uint64_t stored_bytes() const;
-
   struct Implementation;
 
  private:
@@ -222,21 +177,15 @@ class Store {
   /// Every function of the store takes its state from here. Errors: kBadState for a store that is
   /// closed or moved from, and in a process that was forked from the store's.
   Implementation& state() const;
-  AttributeId add(AttributeSchema schema, bool is_replacement);
-  std::span<std::byte> base_bytes_for(AttributeId attribute, Access access);
-  void set_provenance(const Provenance& provenance);
-  void plan_levels(AttributeId attribute, int finest_level, std::string_view copy_of);
-  void set_rounding(AttributeId attribute, const std::optional<Rounding>& rounding);
-  LevelFile& level_file(AttributeId attribute, int level);
-  const LevelFile& level_file(AttributeId attribute, int level) const;
-  LevelGeometry geometry(std::size_t record_bytes, int level, std::uint64_t block_bytes) const;
   void check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const;
-  Session open_session(const SessionOptions& options) const;
-  Pager& pager();
-  const Pager& pager() const;
 
   explicit Store(std::unique_ptr<Implementation> implementation);
   std::shared_ptr<Implementation> implementation_;  ///< readers and views keep it alive
 };
+
+/// Adds the attribute "position" to a store that has no attribute yet, with three components of
+/// type `precision`, and fills its base records from base().positions(). Errors: kInvalidArgument
+/// unless `precision` is float32 or float64, and for a position that is too large for float32.
+void add_base_positions(Store& store, ComponentType precision = ComponentType::kFloat32);
 
 PLAIT_END_NAMESPACE

@@ -23,7 +23,7 @@ struct ImportRequest {
   /// PLY, OBJ, OFF or STL, also .gz and .zst; vertices and faces in any order.
   std::filesystem::path mesh;
   std::filesystem::path store;
-  /// So many levels, not more and not fewer. Not set: as many as there are, at least one.
+  /// The number of levels, not more and not fewer. Not set: as many as there are, at least one.
   std::optional<int> levels = {};
   std::string backend = std::string(kAutomaticBackend);  ///< one that is durable
   PipelinesOf pipeline_of = {};                          ///< empty: the default of the backend

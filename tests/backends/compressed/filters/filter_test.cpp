@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "backends/conformance.h"
-#include "compressed/filters/shuffle_filter.h"
+#include "compressed/filters/built_in_filters.h"
 
 namespace plait::test {
 

@@ -12,7 +12,7 @@
 
 #include "backends/compressed/filters/hierarchy_oracle.h"
 #include "backends/compressed/filters/predicted_levels.h"
-#include "compressed/filters/hierarchy_filter.h"
+#include "compressed/filters/built_in_filters.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {

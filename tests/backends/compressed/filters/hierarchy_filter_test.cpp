@@ -1,7 +1,5 @@
 // The filter hierarchy: its residuals against predictions that are computed vertex by vertex, and
 // that any bytes come back.
-#include "compressed/filters/hierarchy_filter.h"
-
 #include <xmmintrin.h>
 
 #include <algorithm>
@@ -16,6 +14,7 @@
 #include "backends/compressed/filters/hierarchy_oracle.h"
 #include "backends/compressed/filters/predicted_levels.h"
 #include "base/number_lattice.h"
+#include "compressed/filters/built_in_filters.h"
 #include "plait/error.h"
 #include "plait/layout.h"
 #include "rows/every_target.h"

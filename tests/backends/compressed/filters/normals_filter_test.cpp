@@ -1,13 +1,12 @@
 // The filter normals: its predictions against tangent masks in double, and that any bytes come
 // back.
-#include "compressed/filters/normals_filter.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "backends/compressed/filters/predicted_levels.h"
+#include "compressed/filters/built_in_filters.h"
 #include "plait/error.h"
 #include "plait/extend/vector3.h"
 #include "rows/every_target.h"

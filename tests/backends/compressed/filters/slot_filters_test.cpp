@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "compressed/filters/lattice_filter.h"
+#include "compressed/filters/built_in_filters.h"
 #include "plait/error.h"
 #include "plait/extend/level_geometry.h"
 #include "plait/extend/pipeline_registry.h"

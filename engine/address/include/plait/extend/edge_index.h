@@ -28,8 +28,6 @@
 
 PLAIT_BEGIN_NAMESPACE
 
-constexpr int kMaxLevel = 20;
-
 /// A point of the grid of a face: the corners are (0, 0), (2^level, 0) and (0, 2^level).
 struct FaceIndex {
   FaceId face = 0;

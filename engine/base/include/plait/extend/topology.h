@@ -20,6 +20,9 @@ using FaceId = std::uint32_t;    ///< base face in layout order
 
 constexpr std::uint32_t kNoId = 0xffffffffu;
 
+/// The finest level that a mesh can have.
+constexpr int kMaxLevel = 20;
+
 /// One side, or one corner, of one face.
 struct FaceSide {
   std::uint32_t code = kNoId;

@@ -51,7 +51,7 @@ struct Generation {
   friend bool operator==(const Generation&, const Generation&) = default;
 };
 
-/// A level has at most so many sparse files beside its first file.
+/// The most sparse files that a level has beside its first file.
 inline constexpr std::size_t kMostSparseFiles = 7;
 
 /// The entries of a table that is read from the disk part by part, when they are asked for. Safe

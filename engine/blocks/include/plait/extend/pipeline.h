@@ -29,7 +29,7 @@
 #include <vector>
 
 #include "plait/detail/namespace.h"
-#include "plait/extend/edge_index.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_NAMESPACE
 

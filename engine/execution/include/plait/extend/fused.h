@@ -86,7 +86,7 @@ struct FusedPass {
 
 /// Options of fused().
 struct FusedOptions {
-  int threads = 1;  ///< 1 to 1024; 0: all processors (plait/extend/thread_count.h)
+  int threads = 1;  ///< 1 to 1024; 0: all processors (plait/progress.h)
   /// Counts faces; called between runs of faces. If the store has a parallel_for, any of its
   /// threads calls it, one at a time.
   ProgressCallback progress = {};

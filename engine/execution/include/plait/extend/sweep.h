@@ -74,7 +74,7 @@ struct SweepPass {
 
 /// Options of sweep().
 struct SweepOptions {
-  int threads = 1;                 ///< 1 to 1024; 0: all processors (plait/extend/thread_count.h)
+  int threads = 1;                 ///< 1 to 1024; 0: all processors (plait/progress.h)
   ProgressCallback progress = {};  ///< counts edges that are done; called between blocks
   /// Called when nothing can refuse the pass any more, before its first change: a work of which the
   /// pass is the first step marks there what it writes (UnfinishedLevels). May be empty.

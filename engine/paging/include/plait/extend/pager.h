@@ -43,7 +43,7 @@
 
 #include "plait/detail/namespace.h"
 #include "plait/extend/session.h"
-#include "plait/extend/store_event.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_NAMESPACE
 

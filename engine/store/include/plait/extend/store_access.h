@@ -9,11 +9,18 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
+#include "plait/detail/level_file.h"
 #include "plait/detail/namespace.h"
+#include "plait/extend/level_geometry.h"
+#include "plait/extend/pager.h"
+#include "plait/extend/rounding.h"
+#include "plait/extend/session.h"
+#include "plait/extend/topology.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -56,12 +63,8 @@ class StoreAccess {
  public:
   /// The open file of a level. Errors: kInvalidArgument unless base_level() < level <= finest level
   /// of the attribute.
-  static LevelFile& level_file(Store& store, AttributeId attribute, int level) {
-    return store.level_file(attribute, level);
-  }
-  static const LevelFile& level_file(const Store& store, AttributeId attribute, int level) {
-    return store.level_file(attribute, level);
-  }
+  static LevelFile& level_file(Store& store, AttributeId attribute, int level);
+  static const LevelFile& level_file(const Store& store, AttributeId attribute, int level);
 
   /// Where the slots and blocks of a level are, for records of `record_bytes`, in blocks near
   /// `block_bytes` (0: as options() says), whether the store has such a level or not. With records
@@ -69,9 +72,7 @@ class StoreAccess {
   /// are made again from another attribute are smaller. Errors: kInvalidArgument for a level or a
   /// size that a store cannot have.
   static LevelGeometry geometry(const Store& store, std::size_t record_bytes, int level,
-                                std::uint64_t block_bytes = 0) {
-    return store.geometry(record_bytes, level, block_bytes);
-  }
+                                std::uint64_t block_bytes = 0);
 
   /// Whether blocks of this level of the attribute, which the store may not have yet, are encoded
   /// from other blocks or from base records. Then a pass that makes the level must change neither.
@@ -89,9 +90,7 @@ class StoreAccess {
   static WrittenRecords& base_records_of(Store& store, AttributeId attribute);
   /// The base records for a pass that writes them: Store::base_bytes(), which with kOverwrite are
   /// also given if they are unfinished.
-  static std::span<std::byte> base_bytes(Store& store, AttributeId attribute, Access access) {
-    return store.base_bytes_for(attribute, access);
-  }
+  static std::span<std::byte> base_bytes(Store& store, AttributeId attribute, Access access);
 
   /// The levels of an attribute that a work will make: of attribute `id`, or of one that it adds
   /// (kNoId).
@@ -112,9 +111,7 @@ class StoreAccess {
   /// Adds an attribute that gets its name only in the end, by name_replacement(). Until then it has
   /// a name that no program can give, and its levels are made as those of the name that it gets.
   /// Errors: as Store::add_attribute(), but the name may be taken.
-  static AttributeId add_replacement(Store& store, AttributeSchema schema) {
-    return store.add(std::move(schema), true);
-  }
+  static AttributeId add_replacement(Store& store, AttributeSchema schema);
   /// Gives the replacement its name, and removes the attribute that has it. Errors: as
   /// Store::replace_attribute().
   static void name_replacement(Store& store, AttributeId replacement);
@@ -123,29 +120,26 @@ class StoreAccess {
 
   /// Throws kInvalidArgument if the attribute has another type. The message names both types.
   static void check_type(const Store& store, AttributeId attribute, ComponentType type,
-                         std::uint32_t components) {
-    store.check_type(attribute, type, components);
-  }
+                         std::uint32_t components);
 
   /// Opens a session for one reader, sweep or walk. Several sessions may be open at once, in
   /// several threads. Errors: kOutOfMemory.
-  static Session open_session(const Store& store, const SessionOptions& options = {}) {
-    return store.open_session(options);
-  }
+  static Session open_session(const Store& store, const SessionOptions& options = {});
   /// The edges whose slots a pass makes: all, but in the store of one part.
   static EdgeRange edges(const Store& store);
   /// The base vertices whose records a pass makes, ascending; nothing for all, as in every store
   /// but that of one part.
   static std::optional<std::vector<VertexId>> own_vertices(const Store& store);
 
-  static Pager& pager(Store& store) { return store.pager(); }
-  static const Pager& pager(const Store& store) { return store.pager(); }
+  static Pager& pager(Store& store);
+  static const Pager& pager(const Store& store);
+
+  static const BackendTraits& backend_traits(const Store& store);
+  static const std::optional<Rounding>& rounding(const Store& store, AttributeId attribute);
 
   /// Sets Store::provenance(). The store keeps its own `layout` and `base_level`. Errors:
   /// kInvalidArgument for a name that is too long or not printable.
-  static void set_provenance(Store& store, const Provenance& provenance) {
-    store.set_provenance(provenance);
-  }
+  static void set_provenance(Store& store, const Provenance& provenance);
 
   /// Tells the store that levels up to `finest_level` will be added, and that they are what
   /// provenance() says. If the attribute's pipeline has the stage `predicted`, blocks that the
@@ -154,17 +148,13 @@ class StoreAccess {
   /// `copy_of`: the name that the attribute has in the end, if its records are copied. Then the
   /// earlier attributes of the store are complete, and blocks can be made from them too.
   static void plan_levels(Store& store, AttributeId attribute, int finest_level,
-                          std::string_view copy_of = {}) {
-    store.plan_levels(attribute, finest_level, copy_of);
-  }
+                          std::string_view copy_of = {});
 
-  /// Sets Store::rounding(); the next commit records it. copy_attribute() calls it; a pass that
+  /// Sets rounding(); the next commit records it. copy_attribute() calls it; a pass that
   /// gives the records other values sets it to nothing. Errors: kInvalidArgument for an error or a
   /// step that is negative or not finite.
   static void set_rounding(Store& store, AttributeId attribute,
-                           const std::optional<Rounding>& rounding) {
-    store.set_rounding(attribute, rounding);
-  }
+                           const std::optional<Rounding>& rounding);
 
   // For the store's own sources.
   static Store store_of(std::unique_ptr<Store::Implementation> state);

@@ -1,8 +1,6 @@
-#include "compressed/codec_timer.h"
+#include "compressed/codec_time.h"
 
 #include <atomic>
-
-#include "compressed/codec_time.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

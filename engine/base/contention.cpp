@@ -1,4 +1,4 @@
-#include "base/thread_number.h"
+#include "base/contention.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
