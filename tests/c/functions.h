@@ -121,6 +121,7 @@ struct LeftOut {
 inline const std::vector<LeftOut> kLeftOut{
     {"Store::Store", "a handle in C is a pointer, which is copied and not moved"},
     {"Store::operator=", "as Store::Store"},
+    {"Store::finish_encoding", "plait_store_commit() does it"},
     {"Store::backend_traits", "flags for the engine; a program chooses a backend by its name"},
     {"Store::rounding", "rounded stores are made by the program (--max-error), or in C++"},
     {"Reader::operator=", "as Store::Store"},
