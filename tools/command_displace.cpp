@@ -22,7 +22,6 @@
 #include "json_text.h"
 #include "measure.h"
 #include "plait/extend/copy_levels.h"
-#include "plait/extend/recode_attribute.h"
 #include "plait/store.h"
 #include "plait/store_info.h"
 #include "progress.h"
@@ -54,52 +53,40 @@ DisplaceOptions displacement(const DisplaceArguments& arguments, ProgressBar& pr
   return options;
 }
 
-/// The options of the copy: those of the source, unless an argument changes them. Until the
-/// vertices have moved, its levels have the backend's own pipeline, which needs no other blocks.
+/// The pipelines of the copy: those of the arguments, or of the source.
+PipelinesOf pipelines_of_copy(const DisplaceArguments& arguments, const Store& source,
+                              const RegisteredBackend& backend) {
+  const PipelinesOf chosen =
+      arguments.compress.empty() ? PipelinesOf() : pipelines_of(arguments.compress, source);
+  std::map<std::string, LevelPipelines> pipelines;
+  for (AttributeId id = 0; id < source.attributes().size(); ++id) {
+    const AttributeSchema& schema = source.attributes()[id].schema;
+    LevelPipelines& of_attribute = pipelines[schema.name];
+    of_attribute = chosen                               ? chosen(schema)
+                   : source.backend_traits().compressed ? pipelines_of_levels(source, id)
+                                                        : backend.default_pipeline;
+    backend.check_pipelines(of_attribute, schema);
+    // No scheme makes displaced positions.
+    if (schema.name == "position")
+      of_attribute.for_each([](Pipeline& one) { one = one.without_predicted_stage(); });
+  }
+  return [pipelines](const AttributeSchema& schema) { return pipelines.at(schema.name); };
+}
+
+/// The options of the copy: those of the source, unless an argument changes them.
 StoreOptions options_of_copy(const DisplaceArguments& arguments, const Store& source,
                              const BackendRegistry& backends) {
   StoreOptions options = source.options();
   const CopyChoices choices = choices_of(arguments);
   options.backend = choose_backend_of_copy(choices, source, backends).name;
-  options.pipeline =
-      find_backend_of_copy(choices, options.backend, "displace", backends).default_pipeline;
+  const RegisteredBackend& backend =
+      find_backend_of_copy(choices, options.backend, "displace", backends);
+  options.pipeline = backend.default_pipeline;
   options.pipeline_of = {};
+  if (backend.traits.compressed)
+    options.pipeline_of = pipelines_of_copy(arguments, source, backend);
   set_common_options(choices, options);
   return options;
-}
-
-/// The pipelines of the finished copy, by the names of attributes.
-std::map<std::string, LevelPipelines> pipelines_of_copy(const DisplaceArguments& arguments,
-                                                        const Store& source,
-                                                        const RegisteredBackend& backend) {
-  std::map<std::string, LevelPipelines> pipelines;
-  if (!backend.traits.compressed) return pipelines;
-  PipelinesOf chosen;
-  if (!arguments.compress.empty()) chosen = pipelines_of(arguments.compress, source);
-  for (AttributeId id = 0; id < source.attributes().size(); ++id) {
-    const auto& [schema, finest] = source.attributes()[id];
-    if (finest == source.base_level()) continue;
-    LevelPipelines& pipeline = pipelines[schema.name];
-    pipeline = chosen                             ? chosen(schema)
-               : source.info().backend.compressed ? pipelines_of_levels(source, id)
-                                                  : backend.default_pipeline;
-    backend.check_pipelines(pipeline, schema);
-  }
-  return pipelines;
-}
-
-void encode_anew(Store& store, const std::map<std::string, LevelPipelines>& pipelines,
-                 ProgressBar& progress) {
-  // Normals are encoded from positions, which come earlier.
-  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
-    const auto pipeline = pipelines.find(store.attributes()[id].schema.name);
-    if (pipeline == pipelines.end() || pipelines_of_levels(store, id) == pipeline->second) continue;
-    RecodeOptions options;
-    options.progress = [&](const Progress& now) {
-      return progress.update(now.done, now.total, "encode");
-    };
-    recode_attribute(store, id, pipeline->second, options);
-  }
 }
 
 void print_displace(const DisplaceOptions& options, const Displaced& displaced,
@@ -136,17 +123,19 @@ int run_displace(const DisplaceArguments& arguments, const CommandContext& conte
   const DisplaceOptions how = displacement(arguments, progress);
   Store source = open_source(arguments, context);
   const StoreOptions options = options_of_copy(arguments, source, context.backends);
-  const auto pipelines =
-      pipelines_of_copy(arguments, source, context.backends.find(options.backend));
   Displaced displaced;
   std::uint64_t stored_bytes = 0;
   const auto make = [&](const std::filesystem::path& path) {
     Store copy = Store::create(path, source.base(), options, context.backends, source.provenance());
-    copy_levels(source, copy,
-                [&](const Progress& now) { return progress.update(now.done, now.total, "copy"); });
+    const auto show = [&](const char* phase) {
+      return [&progress, phase](const Progress& now) {
+        return progress.update(now.done, now.total, phase);
+      };
+    };
+    copy_levels(source, copy, show("copy"), {}, true);
     source.close();
     displaced = displace(copy, how);
-    encode_anew(copy, pipelines, progress);
+    copy.finish_encoding(show("encode"));
     copy.commit();
     stored_bytes = copy.info().stored_bytes;
     copy.close();

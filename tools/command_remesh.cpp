@@ -88,7 +88,7 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
   add_job_command(
       program, context,
       {"remesh",
-       backend_help(context.backends) +
+       backend_help(context.backends) + compression_help() +
            "\n"
            "remesh repairs the scan and says how (plait check says it beforehand), collapses edges "
            "until\n"
@@ -108,7 +108,7 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "come along: numbers with fractions and colours are interpolated, other integers are "
            "those "
            "of\n"
-           "the nearest vertex. plait convert compresses the store.\n"
+           "the nearest vertex.\n"
            "\n"
            "Examples:\n"
            "  plait remesh scan.ply scan.plait --faces 10000\n"
@@ -116,6 +116,7 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "--fill-holes "
            "50\n"
            "  plait remesh scan.ply scan.plait --faces 10000 --no-foldover --json\n"
+           "  plait remesh scan.ply small.plait --faces 10000 --compress default\n"
            "  plait compare scan.ply scan.plait\n"
            "  plait remesh scan.ply scan.plait --faces 10000 --distances --force\n"
            "  plait render scan.plait distance.png --color-by distance",

@@ -13,6 +13,7 @@
 #include "compressed/extent_allocator.h"
 #include "compressed/level_coder.h"
 #include "level_file.h"
+#include "plait/compression.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -268,6 +269,9 @@ RegisteredBackend compressed_backend(const PipelineRegistry& stages) {
     return std::make_unique<CompressedVolume>(shared, volume);
   };
   backend.default_pipeline = "shuffle,zstd:1";
+  backend.plain_pipeline = [](const AttributeSchema& schema) {
+    return preset_pipeline("fast", schema);
+  };
   return backend;
 }
 

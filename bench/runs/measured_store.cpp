@@ -14,7 +14,6 @@
 #include "instrument/disk.h"
 #include "plait/compression.h"
 #include "plait/extend/pager.h"
-#include "plait/extend/recode_attribute.h"
 #include "plait/extend/store_access.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
@@ -34,11 +33,6 @@ Store open_store(const WorkloadRun& run, bool writable) {
 }
 
 namespace {
-
-bool needs_other_blocks(const WorkloadRun& run) {
-  return run.backends->find(run.cell.backend)
-      .needs_other_blocks(pipeline_from_name(run.cell.pipeline), kSchema);
-}
 
 /// {direct, engine, maps}: whether this process has files of `store` open with O_DIRECT, has an
 /// io_uring, and maps such files. The kernel says so, not the backend.
@@ -68,22 +62,10 @@ Pipeline pipeline_from_name(const std::string& name) {
              : preset_pipeline(name, kSchema);
 }
 
-void encode_anew(const WorkloadRun& run, Store& store) {
-  if (!needs_other_blocks(run)) return;
-  StoreAccess::pager(store).flush();
-  recode_attribute(store, store.attribute(kAttribute), pipeline_from_name(run.cell.pipeline));
-}
-
 Store refined_store(const WorkloadRun& run, const LaidOutMesh& base) {
   StoreOptions options;
   options.backend = run.cell.backend;
-  if (needs_other_blocks(run)) {
-    Pipeline first = preset_pipeline("fast", kSchema);
-    if (pipeline_from_name(run.cell.pipeline).has_predicted_stage()) first.recipe = "";
-    options.pipeline = first;
-  } else if (run.cell.pipeline != "none") {
-    options.pipeline = pipeline_from_name(run.cell.pipeline);
-  }
+  if (run.cell.pipeline != "none") options.pipeline = pipeline_from_name(run.cell.pipeline);
   options.block_bytes = run.cell.block_bytes;
   options.budget_bytes = run.cell.budget_bytes;
   Store store = Store::create(run.store, base, options, *run.backends);

@@ -23,11 +23,8 @@ Store open_store(const WorkloadRun& run, bool writable = false);
 /// What a name of --codec stands for: a preset, or a pipeline as it is written. Errors:
 /// kInvalidArgument.
 Pipeline pipeline_from_name(const std::string& name);
-/// All levels of the base mesh, not committed. Blocks that are encoded from others begin with the
-/// preset `fast`, as in `plait subdivide`, because the executors write all levels at once.
-/// encode_anew() ends the making of such a store.
+/// All levels of the base mesh, not committed. Store::finish_encoding() ends the making.
 Store refined_store(const WorkloadRun& run, const LaidOutMesh& base);
-void encode_anew(const WorkloadRun& run, Store& store);
 /// The base mesh of the cell, in the order that every store of it has.
 LaidOutMesh base_mesh(const Cell& cell);
 

@@ -63,7 +63,7 @@ nlohmann::ordered_json build(const WorkloadRun& run) {
   const LaidOutMesh base = base_mesh(run.cell);
   const Stopwatch clock;
   Store store = refined_store(run, base);
-  encode_anew(run, store);
+  store.finish_encoding();
   const double made = clock.seconds();
   store.commit();
   const double seconds = clock.seconds();
@@ -185,7 +185,7 @@ void prepare_store(const WorkloadRun& run) {
                   word = (word & ~0x3fu) | (static_cast<std::uint32_t>(state >> 40) & 0x3eu);
                 }
               });
-  encode_anew(run, store);
+  store.finish_encoding();
   store.commit();
   store.close();
 }

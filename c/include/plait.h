@@ -411,7 +411,8 @@ PLAIT_API plait_status plait_store_add_attribute(plait_store* store, const char*
 /* Adds the next finer level to an attribute. Its records are zero. */
 PLAIT_API plait_status plait_store_add_level(plait_store* store, const char* name);
 /* Sets the pipeline of levels that later calls add to the attribute. Ranges of levels may have
- * others: "shuffle,zstd:1;@1-3=lz4;@6-=none". */
+ * others: "shuffle,zstd:1;@1-3=lz4;@6-=none". If blocks are encoded from others, the next commit
+ * encodes them. */
 PLAIT_API plait_status plait_store_set_pipeline(plait_store* store, const char* name,
                                                 const char* pipeline);
 /* Removes attribute `name`. Attribute `replacement` gets its name. */
@@ -647,8 +648,9 @@ typedef struct plait_patch_writer_options {
  * names a face that nobody wrote. Any number of threads may write patches with one writer, in any
  * order; no two of them the same face of the same attribute at the same time. Meanwhile no call may
  * change the store. Errors: NOT_FOUND for an attribute, INVALID_ARGUMENT for levels that are not
- * there; NOT_SUPPORTED for levels that are encoded from others (use plait_store_recode_attribute()
- * after the work); BAD_STATE for a store that was opened for reading; BUSY. */
+ * there; NOT_SUPPORTED for committed levels that are encoded from others (write to another
+ * attribute, then use plait_store_replace_attribute()); BAD_STATE for a store that was opened for
+ * reading; BUSY. */
 PLAIT_API plait_status plait_patch_writer_open(plait_store* store,
                                                const plait_patch_writer_options* options,
                                                plait_patch_writer** writer);

@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "plait/error.h"
+#include "plait/extend/block_maker.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -50,6 +51,14 @@ bool RegisteredBackend::needs_other_blocks(const LevelPipelines& pipelines,
       any = any || stages->needs_other_blocks(pipeline, schema);
     });
   return any;
+}
+
+Pipeline RegisteredBackend::first_pipeline(const Pipeline& last, const Pipeline& planned,
+                                           const AttributeSchema& schema) const {
+  if (!needs_other_blocks(last, schema)) return planned;
+  Pipeline first = plain_pipeline ? plain_pipeline(schema) : default_pipeline;
+  if (planned.recipe && !source_in(*planned.recipe)) first.recipe = planned.recipe;
+  return first;
 }
 
 LevelPipelines RegisteredBackend::planned(LevelPipelines pipelines,

@@ -57,7 +57,7 @@ struct CopiedLevel {
 }  // namespace
 
 void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId copy,
-                    const ProgressCallback& progress, Rounder* rounder) try {
+                    const ProgressCallback& progress, Rounder* rounder, bool changes_later) try {
   for (int level = from.base_level(); level <= from.attributes()[attribute].finest_level; ++level)
     StoreAccess::check_readable(from, attribute, level);
   const auto edges = static_cast<EdgeId>(from.base().edge_count());
@@ -65,9 +65,10 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
   std::uint64_t done_bytes = 0;
   std::ranges::copy(std::as_const(from).base_bytes(attribute), to.base_bytes(copy).begin());
   const int finest = from.attributes()[attribute].finest_level;
-  StoreAccess::plan_levels(to, copy, finest, from.attributes()[attribute].schema.name);
+  StoreAccess::plan_levels(to, copy, finest, true);
   const int first = from.base_level() + 1;
-  for (int level = first; level <= finest; ++level) to.add_level(copy);
+  for (int level = first; level <= finest; ++level)
+    changes_later ? to.add_level(copy) : StoreAccess::add_final_level(to, copy);
   const auto copy_levels_of = [&](int coarsest, int last) {
     std::optional<StorePass> reading;
     if (&from != &to) reading.emplace(std::as_const(from));
@@ -108,7 +109,7 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
 }
 
 void copy_levels(Store& from, Store& to, const ProgressCallback& progress,
-                 const ErrorBounds& bounds) try {
+                 const ErrorBounds& bounds, bool changes_later) try {
   StoreAccess::set_provenance(to, from.provenance());
   std::uint64_t total_bytes = 0, done_bytes = 0;
   for (AttributeId id = 0; id < from.attributes().size(); ++id)
@@ -130,7 +131,7 @@ void copy_levels(Store& from, Store& to, const ProgressCallback& progress,
     std::optional<Rounder> rounder;
     if (const auto bound = bounds.of(schema.name))
       rounder.emplace(schema, *bound, std::as_const(from).base_bytes(id));
-    copy_attribute(from, id, to, copies[id], count, rounder ? &*rounder : nullptr);
+    copy_attribute(from, id, to, copies[id], count, rounder ? &*rounder : nullptr, changes_later);
     done_bytes += bytes_of_levels(from, id);
   }
   if (!bounds.of("position")) return;

@@ -17,8 +17,12 @@ LevelPipelines pipelines_of_levels(const Store& store, AttributeId attribute) {
   return pipelines;
 }
 
+const LevelPipelines& named_pipelines(const Store& store, AttributeId attribute) {
+  return StoreAccess::state(store).attributes[attribute].named_pipelines();
+}
+
 AttributeId add_attribute_like(Store& store, AttributeSchema schema, AttributeId like) {
-  const LevelPipelines pipelines = StoreAccess::state(store).attributes[like].record.pipeline;
+  const LevelPipelines pipelines = named_pipelines(store, like);
   const AttributeId added = store.add_attribute(std::move(schema));
   store.set_pipeline(added, pipelines);
   while (store.attributes()[added].finest_level < store.attributes()[like].finest_level)

@@ -13,6 +13,9 @@ PLAIT_BEGIN_NAMESPACE
 /// for all levels but coarser ones that have others. Of an attribute without levels, those of the
 /// store's options.
 LevelPipelines pipelines_of_levels(const Store& store, AttributeId attribute);
+/// The pipelines that levels have in the end which are added later, as Store::set_pipeline() or the
+/// store's options name them.
+const LevelPipelines& named_pipelines(const Store& store, AttributeId attribute);
 /// Adds an attribute with the levels and the pipelines of the levels that are added to `like`.
 /// Errors: those of Store::add_attribute() and Store::set_pipeline(). After an error of a level,
 /// the attribute is there without its finer levels.

@@ -197,6 +197,7 @@ void Store::commit() try {
     throw Error(ErrorCode::kBadState,
                 fmt::format("commit {}: refused because an earlier commit failed; reopen the store",
                             state.name()));
+  finish_encoding();
   try {
     state.pager->flush();
     if (!state.has_changes()) return;

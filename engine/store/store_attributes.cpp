@@ -105,7 +105,9 @@ AttributeId Store::add_attribute(AttributeSchema schema, int finest_level) {
   return id;
 }
 
-void Store::add_level(AttributeId attribute) try {
+void Store::add_level(AttributeId attribute) { add_level(attribute, false); }
+
+void Store::add_level(AttributeId attribute, bool is_final) try {
   Implementation& state = this->state();
   begin_change(state, Change::kAdd, "add a level to");
   Implementation::Attribute& data = attribute_of(state, attribute);
@@ -118,7 +120,11 @@ void Store::add_level(AttributeId attribute) try {
   StoredLevel made;
   made.number = data.record.number;
   made.level = level;
-  made.record.pipeline = data.record.pipeline.of(level);
+  const AttributeSchema schema = state.final_schema(attribute);
+  const Pipeline &last = data.named_pipelines().of(level),
+                 &planned = data.record.pipeline.of(level);
+  made.record.pipeline = is_final ? planned : state.backend.first_pipeline(last, planned, schema);
+  const bool waits = !is_final && state.backend.needs_other_blocks(last, schema);
   made.record.generations = {{state.sequence + 1, 0}};
   // The file may be a left-over of a run that ended before its commit.
   if (state.on_disk() && !state.is_part()) state.directory.remove(made.file_names().front());
@@ -134,9 +140,9 @@ void Store::add_level(AttributeId attribute) try {
       BlockTable(state.uuid, made.number, level, made.geometry.block_count(), first_number);
   made.table.set_generations(made.record.generations);
   const LevelRecord record = made.record;
-  data.levels.push_back(
-      state.open_level(std::move(made), state.final_schema(attribute), OpenMode::kCreate));
+  data.levels.push_back(state.open_level(std::move(made), schema, OpenMode::kCreate));
   data.record.levels.push_back(record);
+  if (waits) data.last_pipelines.emplace(level, last);
   info.finest_level = level;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("add a level to " + state().name());
@@ -149,29 +155,24 @@ void Store::set_pipeline(AttributeId attribute, LevelPipelines pipeline) {
   const AttributeSchema& schema = state.infos[attribute].schema;
   state.backend.check_pipelines(pipeline, schema);
   data.record.pipeline = std::move(pipeline);
+  data.unplanned.reset();
 }
 
 void StoreAccess::plan_levels(Store& store, AttributeId attribute, int finest_level,
-                              std::string_view copy_of) {
+                              bool others_are_complete) {
   Store::Implementation& state = store.state();
   begin_change(state, Change::kAdd, "plan levels of");
   Store::Implementation::Attribute& data = attribute_of(state, attribute);
-  PlannedLevels planned{state.final_schema(attribute), state.provenance, finest_level,
-                        !copy_of.empty()};
-  if (!copy_of.empty()) planned.schema.name = copy_of;
-  data.record.pipeline = state.backend.planned(std::move(data.record.pipeline), planned);
+  data.unplanned = data.record.pipeline;
+  data.record.pipeline = state.backend.planned(
+      *data.unplanned,
+      {state.final_schema(attribute), state.provenance, finest_level, others_are_complete});
 }
 
 AttributeSchema Store::Implementation::final_schema(AttributeId attribute) const {
   AttributeSchema schema = infos[attribute].schema;
   if (const std::string& name = attributes[attribute].becomes; !name.empty()) schema.name = name;
   return schema;
-}
-
-bool StoreAccess::is_encoded_from_others(const Store& store, AttributeId attribute, int level) {
-  const Store::Implementation& state = store.state();
-  return state.backend.needs_other_blocks(attribute_of(state, attribute).record.pipeline.of(level),
-                                          state.infos[attribute].schema);
 }
 
 void StoreAccess::set_rounding(Store& store, AttributeId attribute,

@@ -26,7 +26,7 @@ bool has(const Store::Implementation& state, StorePass::Kind kind) {
 
 LevelPipelines pipelines_of_new(const Store::Implementation& state,
                                 const StoreAccess::NewLevels& levels) {
-  if (levels.id != kNoId) return state.attributes[levels.id].record.pipeline;
+  if (levels.id != kNoId) return state.attributes[levels.id].named_pipelines();
   return state.options.pipeline_of ? state.options.pipeline_of(levels.schema)
                                    : *state.options.pipeline;
 }
@@ -138,19 +138,6 @@ WrittenRecords& StoreAccess::base_records_of(Store& store, AttributeId attribute
   return *attribute_of(store.state(), attribute).base_written;
 }
 
-bool StoreAccess::are_encoded_from_each_other(const Store& store, const NewLevels& levels) {
-  const Store::Implementation& state = store.state();
-  if (!state.backend.stages) return false;
-  const LevelPipelines pipelines = pipelines_of_new(state, levels);
-  FilterLevel filtered;
-  filtered.schema = levels.schema;
-  for (int level = levels.first_level + 1; level <= levels.last_level; ++level) {
-    const OpenPipeline open = state.backend.stages->open(pipelines.of(level), filtered);
-    if (!open.filters.empty() && open.filters.front()->needs_other_blocks()) return true;
-  }
-  return false;
-}
-
 std::uint64_t StoreAccess::frame_budget_with(const Store& store, std::span<const NewLevels> levels,
                                              const Provenance* planned) {
   const Store::Implementation& state = store.state();
@@ -159,13 +146,15 @@ std::uint64_t StoreAccess::frame_budget_with(const Store& store, std::span<const
   std::uint32_t number = state.next_number;
   for (const NewLevels& made : levels) {
     const bool is_new = made.id == kNoId;
-    LevelPipelines pipelines = pipelines_of_new(state, made);
+    const LevelPipelines last = pipelines_of_new(state, made);
+    LevelPipelines pipelines = last;
     if (planned)
       pipelines = state.backend.planned(std::move(pipelines),
                                         {made.schema, *planned, made.last_level, false});
     const std::uint32_t own = is_new ? number++ : state.attributes[made.id].record.number;
     for (int level = made.first_level; level <= made.last_level; ++level) {
-      const Pipeline& pipeline = pipelines.of(level);
+      const Pipeline pipeline =
+          state.backend.first_pipeline(last.of(level), pipelines.of(level), made.schema);
       future.push_back(
           {state.whole_geometry(made.schema.record_bytes(), level,
                                 block_bytes_of_level(pipeline, level - store.base_level(),

@@ -4,7 +4,9 @@
 #include <array>
 #include <atomic>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +39,14 @@ struct Store::Implementation {
     /// can give.
     std::string becomes = {};
     std::vector<std::unique_ptr<LevelFile>> levels;  ///< [level - base_level - 1]
+    /// `record.pipeline` before plan_levels() wrote recipes into it.
+    std::optional<LevelPipelines> unplanned = {};
+    /// [level] what levels get that do not have their own pipeline yet.
+    std::map<int, Pipeline> last_pipelines = {};
+
+    const LevelPipelines& named_pipelines() const {
+      return unplanned ? *unplanned : record.pipeline;
+    }
   };
 
   struct FaceAttribute {

@@ -17,9 +17,7 @@
 #include "job_rules.h"
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
-#include "plait/compression.h"
 #include "plait/error.h"
-#include "plait/extend/recode_attribute.h"
 #include "plait/extend/store_access.h"
 #include "plait/patch_writer.h"
 #include "plait/progress.h"
@@ -30,16 +28,6 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-/// Patches whose blocks are encoded from other blocks cannot be written. Such attributes are
-/// written with the preset fast first.
-bool is_encoded_later(const RegisteredBackend& backend, const LevelPipelines& pipelines,
-                      const AttributeSchema& schema) {
-  bool has_stage = false;
-  pipelines.for_each(
-      [&](const Pipeline& pipeline) { has_stage |= pipeline.has_predicted_stage(); });
-  return has_stage || backend.needs_other_blocks(pipelines, schema);
-}
 
 class Import {
  public:
@@ -84,7 +72,6 @@ class Import {
   StoreOptions options_of_store();
   void make_store(const std::filesystem::path& path);
   void write_patches(Store& store, std::span<const FaceSide> corners);
-  void encode_anew(Store& store);
 
   const ImportRequest& request_;
   const BackendRegistry& backends_;
@@ -199,12 +186,7 @@ StoreOptions Import::options_of_store() {
   if (!request_.pipeline_of) return options;
   for (const AttributeSchema& schema : result_.attributes)
     backend.check_pipelines(request_.pipeline_of(schema), schema);
-  options.pipeline_of = [&backend, wanted = request_.pipeline_of](const AttributeSchema& schema) {
-    const LevelPipelines pipelines = wanted(schema);
-    return is_encoded_later(backend, pipelines, schema)
-               ? LevelPipelines(preset_pipeline("fast", schema))
-               : pipelines;
-  };
+  options.pipeline_of = request_.pipeline_of;
   return options;
 }
 
@@ -239,7 +221,10 @@ void Import::make_store(const std::filesystem::path& path) {
     store.add_attribute(attribute.schema, result_.levels);
   write_patches(store, corners);
   mesh_ = {};
-  encode_anew(store);
+  store.finish_encoding([&](const Progress& now) {
+    tell("encode", now.done, now.total);
+    return true;
+  });
   tell("commit");
   store.commit();
   result_.stored_bytes = store.info().stored_bytes;
@@ -297,21 +282,6 @@ void Import::write_patches(Store& store, std::span<const FaceSide> corners) {
   }
   if (failure) std::rethrow_exception(failure);
   writer.finish();
-}
-
-void Import::encode_anew(Store& store) {
-  if (!request_.pipeline_of) return;
-  const RegisteredBackend& backend = backends_.find(result_.backend);
-  for (const AttributeSchema& schema : result_.attributes) {
-    const LevelPipelines pipelines = request_.pipeline_of(schema);
-    if (!is_encoded_later(backend, pipelines, schema)) continue;
-    RecodeOptions options;
-    options.progress = [&](const Progress& now) {
-      tell("encode", now.done, now.total);
-      return true;
-    };
-    recode_attribute(store, store.attribute(schema.name), pipelines, options);
-  }
 }
 
 }  // namespace

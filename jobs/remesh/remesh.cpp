@@ -34,7 +34,8 @@ constexpr std::string_view kTurned = "turned", kDistance = "distance";
 constexpr std::uint64_t kMostSmallFaces = (std::uint64_t{1} << 32) / 3;
 
 constexpr WorkPart kSampling = {0, 700}, kWriting = {700, 760}, kWritingAttributes = {760, 800},
-                   kMeasuringStore = {800, 900}, kMeasuringScan = {900, 1000};
+                   kEncoding = {800, 830}, kMeasuringStore = {830, 910},
+                   kMeasuringScan = {910, 1000};
 
 /// The store has attributes of its own.
 void leave_out_own_names(std::vector<MeshAttribute>& attributes, bool distances,
@@ -100,6 +101,10 @@ void ScanRun::check_request() const {
         fmt::format("remesh: expected at most {} faces of the base mesh at level {}, found "
                     "{}",
                     kMostSmallFaces >> (2 * request_.levels), request_.levels, request_.faces));
+  if (request_.options.pipeline_of && request_.options.backend != kAutomaticBackend)
+    if (const RegisteredBackend& backend = backends_.find(request_.options.backend);
+        !backend.traits.compressed)
+      throw needs_compression("remesh " + request_.scan.native(), backend);
   UnpublishedStore::check(request_.store,
                           request_.replace ? Existing::kReplace : Existing::kRefuse);
 }
@@ -168,6 +173,7 @@ void ScanRun::write_store(const std::filesystem::path& path) {
                    progress_.during(kWritingAttributes));
   for (std::size_t at = 0; at < attributes_.count(); ++at)
     report_.attributes.push_back(attributes_.schema(at));
+  store.finish_encoding(progress_.during(kEncoding));
   store.commit();
   report_.backend = store.options().backend;
   report_.stored_bytes = store.info().stored_bytes;

@@ -39,7 +39,7 @@ struct RemeshRequest {
   bool distances = false;
   /// Points for each direction of the report; 0 for no distances.
   std::uint64_t report_samples = 1000000;
-  StoreOptions options = {};
+  StoreOptions options = {};  ///< pipelines: only with a backend that compresses
   int threads = 1;
   bool digest = false;
   bool ignore_size = false;  ///< start even if the memory of the machine is too small

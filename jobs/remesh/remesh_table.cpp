@@ -7,7 +7,12 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-JobReport run_remesh(RemeshRequest& request, const JobCall& call) {
+struct RemeshArguments : RemeshRequest {
+  std::vector<std::string> compress;
+};
+
+JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
+  request.options.pipeline_of = pipelines_of(compression_of(request.compress));
   const RemeshReport report = remesh(request, call.backends, call.watch);
   JobReport json = {{"scan", request.scan.string()},
                     {"store", request.store.string()},
@@ -61,47 +66,48 @@ JobReport run_remesh(RemeshRequest& request, const JobCall& call) {
 }  // namespace
 
 Job remesh_job() {
-  JobTable<RemeshRequest> table("remesh", "Make a store from a scan: any triangle mesh");
-  table.path("input", &RemeshRequest::scan, "PLY, OBJ, OFF or STL, also .gz and .zst")
+  JobTable<RemeshArguments> table("remesh", "Make a store from a scan: any triangle mesh");
+  table.path("input", &RemeshArguments::scan, "PLY, OBJ, OFF or STL, also .gz and .zst")
       .at(0)
       .required();
-  table.output("output", &RemeshRequest::store, "The store to make: NAME.plait").at(1).required();
+  table.output("output", &RemeshArguments::store, "The store to make: NAME.plait").at(1).required();
   table
-      .count("faces", &RemeshRequest::faces, 1, std::uint64_t{1} << 30,
+      .count("faces", &RemeshArguments::faces, 1, std::uint64_t{1} << 30,
              "Faces of the base mesh, at most")
       .required();
-  table.count("levels", &RemeshRequest::levels, 1, 12, "The finest level");
+  table.count("levels", &RemeshArguments::levels, 1, 12, "The finest level");
   table.count(
       "min-component",
-      [](RemeshRequest & request) -> auto& { return request.repair.min_component; }, 0,
+      [](RemeshArguments & request) -> auto& { return request.repair.min_component; }, 0,
       std::uint64_t{1} << 32, "Remove components of fewer faces");
   table.count(
-      "fill-holes", [](RemeshRequest & request) -> auto& { return request.repair.fill_holes; }, 0,
+      "fill-holes", [](RemeshArguments & request) -> auto& { return request.repair.fill_holes; }, 0,
       std::uint64_t{1} << 32, "Fill holes with at most this number of edges");
-  table.flag("no-foldover", &RemeshRequest::refuse_turned,
+  table.flag("no-foldover", &RemeshArguments::refuse_turned,
              "Make the base mesh anew, at most 8 times, while small faces are turned over; refuse "
              "what is left");
-  table.flag("distances", &RemeshRequest::distances,
+  table.flag("distances", &RemeshArguments::distances,
              "Add attribute distance: how far the scan is from the store");
-  table.count("samples", &RemeshRequest::report_samples, 0, 1000000000,
+  table.count("samples", &RemeshArguments::report_samples, 0, 1000000000,
               "Points of the report in each direction; 0 for no distances");
-  table.precision(&RemeshRequest::precision,
+  table.precision(&RemeshArguments::precision,
                   "Type of the positions; auto: float32, unless it moves a vertex of INPUT by more "
                   "than a thousandth of the shortest edge there");
-  table.weld(&RemeshRequest::weld);
+  table.weld(&RemeshArguments::weld);
   table.text(
-      "backend", [](RemeshRequest & request) -> auto& { return request.options.backend; },
+      "backend", [](RemeshArguments & request) -> auto& { return request.options.backend; },
       "The backend that stores the levels (see below)");
+  table.compress(&RemeshArguments::compress);
   table.bytes(
-      "memory", [](RemeshRequest & request) -> auto& { return request.options.budget_bytes; },
+      "memory", [](RemeshArguments & request) -> auto& { return request.options.budget_bytes; },
       "Budget for blocks in memory");
-  table.threads(&RemeshRequest::threads, "Worker threads");
-  table.flag("digest", &RemeshRequest::digest, "Print the digest, which covers every vertex");
+  table.threads(&RemeshArguments::threads, "Worker threads");
+  table.flag("digest", &RemeshArguments::digest, "Print the digest, which covers every vertex");
   table
-      .flag("force", &RemeshRequest::replace,
+      .flag("force", &RemeshArguments::replace,
             "Replace OUTPUT if it is a store, when the new store is complete")
       .remedy("replaces a store");
-  table.flag("ignore-size", &RemeshRequest::ignore_size, "Start even if the memory is too small")
+  table.flag("ignore-size", &RemeshArguments::ignore_size, "Start even if the memory is too small")
       .remedy("starts anyway");
   return table.run(run_remesh);
 }

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "job_rules.h"
-#include "plait/compression.h"
 #include "plait/error.h"
 #include "schemes/table.h"
 #include "store/unpublished_store.h"
@@ -39,21 +38,9 @@ void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
               "cannot make limit positions, because no subdivision can continue from these");
 }
 
-/// An attribute whose blocks are encoded from other blocks is made with the fast preset first,
-/// because the executors do not finish one level before the next. A stage `predicted` stays: its
-/// blocks need no others.
 void choose_pipelines(const SubdivisionRequest& request, const RegisteredBackend& backend,
                       SubdivisionPlan& plan) {
-  plan.store.pipeline_of = [backend, wanted = request.pipeline_of](const AttributeSchema& schema) {
-    LevelPipelines pipelines = wanted(schema);
-    pipelines.for_each([&](Pipeline& pipeline) {
-      if (!backend.needs_other_blocks(pipeline, schema)) return;
-      const bool has_stage = pipeline.has_predicted_stage();
-      pipeline = preset_pipeline("fast", schema);
-      if (has_stage) pipeline.recipe = "";
-    });
-    return pipelines;
-  };
+  plan.store.pipeline_of = request.pipeline_of;
   const AttributeSchema position{"position", request.precision.value_or(ComponentType::kFloat32),
                                  3};
   backend.check_pipelines(request.pipeline_of(position), position);

@@ -21,15 +21,6 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// Whether no block of the attribute takes a byte. Then there is nothing to encode. REQUIRES: all
-/// blocks are written.
-bool is_predicted(const Store& store, AttributeId id) {
-  for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
-    for (const BlockEntry& entry : StoreAccess::level_file(store, id, level).table.entries())
-      if (entry.encoding != BlockEncoding::kPredicted) return false;
-  return true;
-}
-
 double step_of(const Store& store, AttributeId id, const ErrorBound& bound) {
   return Rounder(store.attributes()[id].schema, bound, store.base_bytes(id)).step();
 }
@@ -105,37 +96,29 @@ void PlannedRun::open_store(BaseMesh base) {
   result_.refine_seconds += clock.seconds();
 }
 
-void PlannedRun::encode_anew() {
-  const RegisteredBackend& backend = backends_.find(plan_.store.backend);
-  const bool chooses = request_.pipeline_of && backend.traits.compressed;
-  if (!chooses && request_.max_errors.empty()) return;
-  StoreAccess::pager(*store_).flush();
+void PlannedRun::encode() {
   const Provenance provenance = store_->provenance();
-  for (AttributeId id = 0; id < store_->attributes().size(); ++id) {
-    const AttributeSchema schema = store_->attributes()[id].schema;
-    const LevelPipelines pipelines =
-        chooses ? request_.pipeline_of(schema) : backend.default_pipeline;
-    if (const auto bound = request_.max_errors.of(schema.name))
-      encode_anew(id, pipeline_of_rounded(pipelines, step_of(*store_, id, *bound)));
-    else if (backend.needs_other_blocks(pipelines, schema) && !is_predicted(*store_, id))
-      encode_anew(id, pipelines);
+  for (const auto& [name, bound] : request_.max_errors.all()) {
+    const AttributeId id = store_->attribute(name);
+    enter("encode");
+    RecodeOptions options;
+    options.bound = bound;
+    options.verify = request_.verify;
+    options.progress = [&](const Progress& now) { return tell({name, now.done, now.total}); };
+    recode_attribute(*store_, id,
+                     pipeline_of_rounded(named_pipelines(*store_, id), step_of(*store_, id, bound)),
+                     options);
     // Rounded positions have no scheme. But normals, which come later, are as the scheme made them.
     StoreAccess::set_provenance(*store_, provenance);
   }
+  store_->finish_encoding([&, is_first = true](const Progress& now) mutable {
+    if (std::exchange(is_first, false)) enter("encode");
+    return tell(now);
+  });
   if (!request_.max_errors.of("position")) return;
   Provenance rounded = provenance;
   rounded.scheme.clear();
   StoreAccess::set_provenance(*store_, rounded);
-}
-
-void PlannedRun::encode_anew(AttributeId id, const LevelPipelines& pipelines) {
-  enter("encode");
-  const std::string name = store_->attributes()[id].schema.name;
-  RecodeOptions options;
-  options.bound = request_.max_errors.of(name);
-  options.verify = request_.verify;
-  options.progress = [&](const Progress& now) { return tell({name, now.done, now.total}); };
-  recode_attribute(*store_, id, pipelines, options);
 }
 
 void PlannedRun::make_levels() {
@@ -156,7 +139,7 @@ void PlannedRun::make_levels() {
       for (AttributeId id = 0; id < store.attributes().size(); ++id)
         store.set_pipeline(id, request_.pipeline_of(store.attributes()[id].schema));
     subdivide(store, options);
-    encode_anew();
+    encode();
     commit();
   }
   result_.refine_seconds += clock.seconds() - result_.commit_seconds;

@@ -38,9 +38,8 @@ class PlannedRun {
 
   void create_store(BaseMesh base);
   void commit();
-  /// Encodes attributes anew that are rounded, or whose blocks are encoded from other blocks.
-  void encode_anew();
-  void encode_anew(AttributeId id, const LevelPipelines& pipelines);
+  /// Rounds, and encodes what the passes could not encode at once.
+  void encode();
 
   const SubdivisionRequest& request_;
   const BackendRegistry& backends_;

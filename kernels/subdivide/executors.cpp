@@ -32,8 +32,6 @@ ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted) {
   if (store.attributes()[position].finest_level != store.base_level() || options.level_done ||
       levels < 1 || levels > kMostFusedLevels)
     return ExecutorKind::kSweep;
-  for (int level = store.base_level() + 1; level <= options.levels; ++level)
-    if (StoreAccess::is_encoded_from_others(store, position, level)) return ExecutorKind::kSweep;
   const std::size_t record_bytes = store.attributes()[position].schema.record_bytes();
   // Records of normals are not larger than those of positions.
   const std::array<std::size_t, 2> records = {record_bytes, record_bytes};

@@ -97,8 +97,6 @@ SubdivisionStart::SubdivisionStart(Store& store, const SubdivideOptions& options
   if (moves_even)
     for (int level = store.base_level() + 1; level <= level_; ++level)
       check_not_fixed(StoreAccess::level_file(store, position_, level));
-  if (executor == ExecutorKind::kFused || traits_of(options.scheme).moves_even) check_pipelines();
-  check_pipelines_of(surface(executor));
   check_budget(executor);
   if (options.limit || moves_even)
     store.base_bytes(position_);  // refuses records that other blocks are encoded from
@@ -117,29 +115,6 @@ void SubdivisionStart::check_executor(ExecutorKind executor) const {
                 fmt::format("subdivide: {} levels over the store's base mesh, expected at most {} "
                             "with the fused executor: take another one, or a finer base mesh",
                             options_.levels - base_level, kMostFusedLevels));
-}
-
-void SubdivisionStart::check_pipelines() const {
-  for (int level = level_ + 1; level <= options_.levels; ++level)
-    if (StoreAccess::is_encoded_from_others(store_, position_, level))
-      throw Error(ErrorCode::kBadState,
-                  fmt::format("subdivide to level {}: blocks of level {} of 'position' would be "
-                              "encoded from coarser vertices, which this work still changes: "
-                              "subdivide with a pipeline without prediction (fast), then encode "
-                              "the attribute anew (recode_attribute, plait convert --compress)",
-                              options_.levels, level));
-}
-
-void SubdivisionStart::check_pipelines_of(
-    const std::vector<StoreAccess::NewLevels>& surface) const {
-  for (const StoreAccess::NewLevels& made : surface)
-    if (StoreAccess::are_encoded_from_each_other(store_, made))
-      throw Error(ErrorCode::kBadState,
-                  fmt::format("subdivide to level {}: blocks of '{}' would be encoded from coarser "
-                              "ones, which the same pass makes: subdivide with a pipeline without "
-                              "prediction (fast), then encode the attribute anew "
-                              "(recode_attribute, plait convert --compress)",
-                              options_.levels, made.schema.name));
 }
 
 std::vector<StoreAccess::NewLevels> SubdivisionStart::surface(ExecutorKind executor) const {

@@ -26,10 +26,6 @@ class SubdivisionStart {
 
  private:
   void check_executor(ExecutorKind executor) const;
-  /// Throws kBadState if blocks of new positions are encoded from what the work changes later.
-  void check_pipelines() const;
-  /// The same for normals and limit positions, whose levels are all made by one pass.
-  void check_pipelines_of(const std::vector<StoreAccess::NewLevels>& surface) const;
   /// Throws kBudget if the frames of the whole work do not fit.
   void check_budget(ExecutorKind executor) const;
   std::uint64_t frame_budget(ExecutorKind executor) const;

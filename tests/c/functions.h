@@ -122,6 +122,7 @@ inline const std::vector<LeftOut> kLeftOut{
     {"Store::operator=", "as Store::Store"},
     {"StoreNotes::StoreNotes", "as Store::Store"},
     {"StoreNotes::operator=", "as Store::Store"},
+    {"Store::finish_encoding", "plait_store_commit() does it"},
     {"Reader::operator=", "as Store::Store"},
     {"PatchWriter::operator=", "as Store::Store"},
     {"PatchView::PatchView", "as Store::Store"},

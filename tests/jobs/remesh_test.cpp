@@ -11,12 +11,15 @@
 #include <string>
 #include <vector>
 
+#include "conversion/conversion_job.h"
 #include "plait/error.h"
+#include "plait/extend/store_access.h"
 #include "plait/extend/vertex_numbering.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
 #include "plait/subdivide.h"
+#include "plait/verify.h"
 #include "remesh_files.h"
 #include "support/error_of.h"
 #include "support/real_meshes.h"
@@ -244,6 +247,45 @@ TEST_CASE("Remesh_Distances_AreThoseOfTheClosestTrianglesThatBruteForceFinds") {
   for (std::size_t vertex = 0; vertex < found.size(); ++vertex)
     wrong += found[vertex] > most_of[vertex] + 1e-6 || found[vertex] < least_of[vertex] - 1e-6;
   CHECK(wrong == 0);
+}
+
+TEST_CASE("Remesh_Compressed_IsWhatConvertMakesOfAnUncompressedStore") {
+  const RemeshFiles files;
+  write_with_attributes(files.scan, torus_grid(30, 20));
+  for (const char* preset : {"default", "small", "fast", "hierarchy,lz4"}) {
+    CAPTURE(preset);
+    RemeshRequest request = files.request(40, 3);
+    request.digest = true;
+    request.distances = true;
+    const std::string expected = files.run(request).digest;
+    ConversionRequest conversion;
+    conversion.from = files.store;
+    conversion.to = files.directory.path() / "converted.plait";
+    conversion.backend = "compressed";
+    for (const char* attribute : {"position=", "normal=", "distance="})
+      conversion.compression.add(attribute + std::string(preset));
+    conversion.replace = true;
+    convert(conversion, default_backends(), default_backends());
+    const Store converted = Store::open(conversion.to, {}, default_backends());
+    request.options.backend = "auto";
+    request.options.pipeline_of = [chosen = conversion.compression](const AttributeSchema& schema) {
+      return chosen.pipeline_of(schema);
+    };
+    const RemeshReport report = files.run(request);
+    CHECK(report.backend == "compressed");
+    CHECK(report.digest == expected);
+    Store store = files.open();
+    CHECK(verify(store).damaged_count == 0);
+    for (AttributeId id = 0; id < store.attributes().size(); ++id)
+      for (int level = 1; level <= 3; ++level)
+        CHECK(StoreAccess::level_file(store, id, level).pipeline ==
+              StoreAccess::level_file(converted, id, level).pipeline);
+  }
+  RemeshRequest request = files.request(40, 3);
+  request.options.pipeline_of = [](const AttributeSchema&) { return LevelPipelines("lz4"); };
+  const Error refusal = error_of([&] { files.run(request); });
+  CHECK(refusal.code() == ErrorCode::kInvalidArgument);
+  CHECK(std::string_view(refusal.what()).find("pread does not") != std::string_view::npos);
 }
 
 TEST_CASE("Remesh_FilledHole_HasTheMeanOfItsBorder") {

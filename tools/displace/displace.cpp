@@ -89,10 +89,12 @@ class Displacement {
     if (has_normals_) check_budget();
     const bool is_fractal = options_.kind == DisplacementKind::kFractal;
     if (is_fractal) measure_edges();
-    const AttributeId moved = store_.add_attribute(schema_of<Point>("displaced"),
-                                                   store_.attributes()[position_].finest_level);
+    const AttributeId moved = StoreAccess::add_replacement(store_, schema_of<Point>("position"));
+    while (store_.attributes()[moved].finest_level < store_.attributes()[position_].finest_level)
+      store_.add_level(moved);
+    moved_ = store_.attributes()[moved].schema.name;
     is_fractal ? add_fractal() : add_noise();
-    store_.replace_attribute(position_, moved);
+    StoreAccess::name_replacement(store_, moved);
     Provenance provenance = store_.provenance();
     provenance.scheme.clear();
     provenance.limit = false;
@@ -177,7 +179,7 @@ class Displacement {
     const Noise noise{store_.base().edges(), options_.amplitude * displaced_.diagonal,
                       options_.seed};
     visit_vertices(
-        store_, pass("noise"), std::tuple{reads<Point>("position"), overwrites<Point>("displaced")},
+        store_, pass("noise"), std::tuple{reads<Point>("position"), overwrites<Point>(moved_)},
         [&](const VertexRun& run, std::span<const Point> from, std::span<Point> to) {
           Measure& measure = measure_of(run);
           noise.for_each(
@@ -188,16 +190,15 @@ class Displacement {
   void add_fractal() {
     const Fractal fractal(low_, displaced_.wavelengths, options_.amplitude * displaced_.diagonal,
                           options_.seed);
-    visit_vertices(store_, pass("fractal"),
-                   std::tuple{rings_of<Point>("position"), overwrites<Point>("displaced")},
-                   [&](const VertexRun& run, const VertexRings<Point>& ring, std::span<Point> to) {
-                     Measure& measure = measure_of(run);
-                     for (std::size_t i = 0; i < run.count; ++i) {
-                       const Wide normal = widen(normals::at_vertex(run, ring, i, masks_));
-                       to[i] = moved(measure, ring.vertex(i),
-                                     fractal.at(widen(ring.vertex(i))) * normal);
-                     }
-                   });
+    visit_vertices(
+        store_, pass("fractal"), std::tuple{rings_of<Point>("position"), overwrites<Point>(moved_)},
+        [&](const VertexRun& run, const VertexRings<Point>& ring, std::span<Point> to) {
+          Measure& measure = measure_of(run);
+          for (std::size_t i = 0; i < run.count; ++i) {
+            const Wide normal = widen(normals::at_vertex(run, ring, i, masks_));
+            to[i] = moved(measure, ring.vertex(i), fractal.at(widen(ring.vertex(i))) * normal);
+          }
+        });
   }
 
   void make_normals() {
@@ -218,6 +219,7 @@ class Displacement {
   Store& store_;
   const DisplaceOptions& options_;
   AttributeId position_;
+  std::string moved_;  ///< the attribute that becomes the position
   bool has_normals_;
   std::uint64_t passes_ = 0, passes_done_ = 0;
   VisitOptions visit_options_;
@@ -237,8 +239,6 @@ void check_displacement(const Store& store, const DisplaceOptions& options) {
     StoreAccess::check_type(store, store.attribute("position"), ComponentType::kFloat64, 3);
   else
     StoreAccess::check_type(store, store.attribute("position"), ComponentType::kFloat32, 3);
-  if (store.has_attribute("displaced"))
-    refuse_displacement("the store has an attribute 'displaced' already");
   if (!store.has_attribute("normal")) return;
   StoreAccess::check_type(store, store.attribute("normal"), ComponentType::kFloat32, 3);
   const int normal_levels = store.attributes()[store.attribute("normal")].finest_level;

@@ -62,15 +62,15 @@ struct Displaced {
 /// attribute "normal", it is made anew from the new positions, by the rule of subdivide(). The
 /// levels then no longer follow from the base mesh, so the provenance names no scheme. Does not
 /// commit. Reads and writes the positions in a few passes within the budget of the store; until the
-/// end they are in the store twice, the second time as attribute "displaced".
+/// end they are in the store twice, the second time as "position (new)".
 ///
 /// Errors, before anything is changed: kNotFound without "position"; kInvalidArgument unless
 /// "position" is float32 x 3 or float64 x 3 and "normal", if there is one, is float32 x 3 with as
-/// many levels, for an attribute "displaced", for options out of range, for a position that is not
-/// finite, for a box without extent, and for a fractal if even w_0 is shorter than four mean edges;
-/// kBudget. Later: kCancelled; kBadState if the pipeline of the store predicts blocks from coarser
-/// levels, because the pass writes all levels at once; those of Session::pin. After an error, close
-/// the store without a commit.
+/// many levels, for options out of range, for a position that is not finite, for a box without
+/// extent, and for a fractal if even w_0 is shorter than four mean edges; kBudget. Later:
+/// kCancelled; kBadState for normals whose committed levels are encoded from other blocks, because
+/// the pass writes all levels at once; those of Session::pin. After an error, close the store
+/// without a commit.
 Displaced displace(Store& store, const DisplaceOptions& wanted);
 
 }  // namespace plait

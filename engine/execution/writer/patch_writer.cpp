@@ -105,8 +105,8 @@ PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
       if (needs_other_blocks(file))
         throw Error(ErrorCode::kNotSupported,
                     fmt::format("write patches of '{}': level {} is encoded from other blocks "
-                                "(pipeline {}), which must be complete first: write to a level "
-                                "without prediction, then encode the attribute anew",
+                                "(pipeline {}) since the last commit: write to new levels, in an "
+                                "attribute that replaces this one",
                                 info.schema.name, level, file.pipeline.to_text()));
     }
     ranges.push_back({first - base_level, last - base_level});

@@ -58,7 +58,7 @@ struct PredictedSurface {
   }
   void write_all() {
     for (int level = 1; level <= kFinest; ++level) {
-      store.add_level(position);
+      StoreAccess::add_final_level(store, position);
       write_level(level);
     }
   }
@@ -143,8 +143,8 @@ TEST_CASE("PredictedStore_Digest_DecodesEachBlockOnce_AndIsTheSumOfTheLevelsUnde
 
 TEST_CASE("PredictedStore_FinerLevelBeforeTheCoarserOneIsComplete_IsRefused") {
   PredictedSurface surface;
-  surface.store.add_level(surface.position);
-  surface.store.add_level(surface.position);
+  StoreAccess::add_final_level(surface.store, surface.position);
+  StoreAccess::add_final_level(surface.store, surface.position);
   LevelFile& coarse = StoreAccess::level_file(surface.store, surface.position, 1);
   {
     Session session = StoreAccess::open_session(surface.store);
@@ -268,14 +268,101 @@ TEST_CASE("PredictedStore_CancelledWhileItIsEncodedAnew_IsAsBefore") {
   CHECK_NOTHROW(surface.store.commit());
 }
 
-TEST_CASE("PredictedStore_FusedExecutorThatMakesAllLevelsAtOnce_IsRefusedInWords") {
+TEST_CASE("PredictedStore_LevelsOfAnyPass_AreEncodedByTheCommit") {
+  const ExecutorKind executor =
+      GENERATE(ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent);
+  const char* const pipeline =
+      GENERATE(false, true) ? kPredicted : "shuffle,lz4;@2=hierarchy+shuffle,zstd:1";
+  PredictedSurface plain("shuffle,lz4"), surface(pipeline);
+  for (Store* store : {&plain.store, &surface.store}) {
+    store->remove_attribute(0);
+    add_base_positions(*store);
+    subdivide(*store, {.executor = executor, .levels = kFinest});
+  }
+  const std::string expected = digest(plain.store).to_string();
+  Store& store = surface.store;
+  CHECK(digest(store).to_string() == expected);
+  CHECK(StoreAccess::level_file(store, 0, 2).pipeline != kPredicted);
+  const std::span<const Point> base = std::as_const(store).base_records<Point>(0);
+  surface.write_level(2, 3);  // nothing is encoded from it yet
+  plain.write_level(2, 3);
+  const std::string changed = digest(plain.store).to_string();
+  CHECK(changed != expected);
+  store.commit();
+  const LevelPipelines wanted(pipeline);
+  for (int level = 1; level <= kFinest; ++level)
+    CHECK(StoreAccess::level_file(store, 0, level).pipeline == wanted.of(level));
+  CHECK(store.attributes().size() == 1);
+  CHECK(std::as_const(store).base_records<Point>(0).data() == base.data());
+  CHECK(code_of([&] { surface.write_level(1); }) == ErrorCode::kBadState);
+  CHECK(digest(store).to_string() == changed);
+  const std::uint64_t sequence = store.sequence();
+  store.commit();  // nothing is left to do
+  CHECK(store.sequence() == sequence);
+  store.close();
+  Store again = surface.reopened(true);
+  CHECK(verify(again).damaged_count == 0);
+  CHECK(digest(again).to_string() == changed);
+  // A level that comes later has the attribute's pipeline too.
+  again.add_level(0);
+  again.commit();
+  CHECK(StoreAccess::level_file(again, 0, kFinest + 1).pipeline == wanted.of(kFinest + 1));
+}
+
+TEST_CASE("PredictedStore_FinishOfTheEncodingCancelled_GoesOnOrIsRolledBack") {
+  const bool goes_on = GENERATE(false, true);
+  const int first_call = GENERATE(1, 3, 40);
   PredictedSurface surface;
-  surface.store.remove_attribute(surface.position);
-  add_base_positions(surface.store);
+  Store& store = surface.store;
+  store.commit();
+  const std::string before = digest(store).to_string();
+  const AttributeId other = store.add_attribute(schema_of<Point>("other"), kFinest);
+  subdivide(store, {.levels = kFinest});
+  const std::string expected = digest(store).to_string();
+  int calls = 0;
+  std::uint64_t done = 0;
+  CHECK(code_of([&] {
+          store.finish_encoding([&](const Progress& now) {
+            CHECK(now.phase == "encode");
+            CHECK(now.done >= done);
+            CHECK(now.done <= now.total);
+            done = now.done;
+            return ++calls < first_call;
+          });
+        }) == ErrorCode::kCancelled);
+  CHECK(calls == first_call);
+  CHECK(store.attributes().size() == 2);
+  CHECK(digest(store).to_string() == expected);
+  if (goes_on) {
+    store.finish_encoding();
+    CHECK(StoreAccess::level_file(store, other, kFinest).pipeline == kPredicted);
+    store.commit();
+  } else {
+    store.roll_back();
+    CHECK(store.attributes().size() == 1);
+    CHECK(store.finest_level() == 0);
+    CHECK_NOTHROW(store.commit());
+  }
+  CHECK(digest(store).to_string() == (goes_on ? expected : before));
+  store.close();
+  Store again = surface.reopened(false);
+  CHECK(verify(again).damaged_count == 0);
+  CHECK(digest(again).to_string() == (goes_on ? expected : before));
+}
+
+TEST_CASE("PredictedStore_CommitInThePauseOfALongerWork_IsRefusedInsteadOfLeavingLevelsAsTheyAre") {
+  PredictedSurface surface;
+  Store& store = surface.store;
+  store.commit();
   SubdivideOptions options;
-  options.levels = 3;
-  options.executor = ExecutorKind::kFused;
-  CHECK(code_of([&] { subdivide(surface.store, options); }) == ErrorCode::kBadState);
+  options.levels = 2;
+  options.executor = ExecutorKind::kSweep;
+  options.level_done = [&](int) { store.commit(); };
+  CHECK(code_of([&] { subdivide(store, options); }) == ErrorCode::kBadState);
+  store.roll_back();
+  options.level_done = {};
+  subdivide(store, options);
+  CHECK_NOTHROW(store.commit());
 }
 
 TEST_CASE("PredictedStore_LittleMemory_IsCopiedAndReadByManyThreads") {

@@ -388,16 +388,33 @@ TEST_CASE("PatchWriter_WhatDoesNotFit_IsRefusedInWords") {
   }
 }
 
-TEST_CASE("PatchWriter_PredictedLevels_AreRefused") {
+TEST_CASE("PatchWriter_PredictedLevels_AreEncodedByTheCommitAndThenKept") {
   const TemporaryDirectory directory(Medium::kMemory);
   Store store = Store::create(directory.path() / "s.plait", BaseMesh::build(octahedron()),
                               sample_options("compressed"), default_backends());
-  const AttributeId id = store.add_attribute(schema_of<Vector3<float>>("position"));
+  const AttributeSchema schema = schema_of<Vector3<float>>("position");
+  const AttributeId id = store.add_attribute(schema);
   store.set_pipeline(id, "hierarchy+shuffle,zstd:1");
-  store.add_level(id);
-  store.add_level(id);
-  CHECK(names(refused([&] { const PatchWriter writer(store); }, ErrorCode::kNotSupported),
-              {"'position'", "level", "hierarchy"}));
+  for (int level = 1; level <= kFinest; ++level) store.add_level(id);
+  const auto patch = [&](FaceId face) { return sample_patch(store, schema, face, kFinest); };
+  PatchWriter writer(store);
+  for (FaceId face = 0; face < store.base().face_count(); ++face)
+    writer.write_patch_of_bytes("position", face, kFinest, patch(face));
+  writer.finish();
+  store.commit();
+  for (int level = 1; level <= kFinest; ++level)
+    CHECK(StoreAccess::level_file(store, id, level).pipeline == "hierarchy+shuffle,zstd:1");
+  for (FaceId face = 0; face < store.base().face_count(); ++face) {
+    const Reader reader(store);
+    const PatchView view = reader.read_patch(face, kFinest);
+    const auto records = view.attribute<Vector3<float>>("position");
+    std::vector<Vector3<float>> found;
+    for (std::int64_t j = 0; j <= 1 << kFinest; ++j)
+      for (std::int64_t i = 0; i + j <= 1 << kFinest; ++i) found.push_back(records.at(i, j));
+    CHECK(std::ranges::equal(std::as_bytes(std::span(found)), patch(face)));
+  }
+  CHECK(refused([&] { const PatchWriter again(store); }, ErrorCode::kBadState).what() !=
+        std::string());
 }
 
 TEST_CASE("PatchWriter_BudgetOfLessThanAPatch_IsRefusedWithTheFigures") {

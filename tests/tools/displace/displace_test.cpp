@@ -352,8 +352,6 @@ TEST_CASE("Displace_WhatCannotBe_IsRefusedBeforeAnyChange") {
                    if (run.level == 2) at.back().y = std::numeric_limits<float>::quiet_NaN();
                  });
   refuses(point, {}, "not finite");
-  store.add_attribute(schema_of<float>("displaced"), 3);
-  refuses(store, {}, "'displaced' already");
   Store unlike = refined_store({}, octahedron(), 2, {.normals = false});
   unlike.add_attribute(schema_of<Vector3<float>>("normal"), 1);
   refuses(unlike, {}, "'normal' has level 1 and attribute 'position' has level 2");

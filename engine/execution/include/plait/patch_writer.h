@@ -60,10 +60,10 @@ class PatchWriter {
  public:
   /// Until finish(), the writer keeps the store's files and memory. Errors: kNotFound for an
   /// attribute that the store does not have; kInvalidArgument for levels that an attribute does not
-  /// have; kNotSupported for a level whose blocks are encoded from other blocks (write to one
-  /// without prediction, then call recode_attribute()); kBadState for a store that was opened for
-  /// reading, while a pass is under way, and for a level from which others are encoded; kBusy while
-  /// the store has readers or views; kOutOfMemory.
+  /// have; kNotSupported for a committed level whose blocks are encoded from other blocks (write to
+  /// a new attribute, then call Store::replace_attribute()); kBadState for a store that was opened
+  /// for reading, while a pass is under way, and for a level from which others are encoded; kBusy
+  /// while the store has readers or views; kOutOfMemory.
   explicit PatchWriter(Store& store, const PatchWriterOptions& options = {});
   /// Without finish() the levels stay unfinished.
   ~PatchWriter();

@@ -17,6 +17,7 @@
 #include "plait/extend/provenance.h"
 #include "plait/layout.h"
 #include "plait/options.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -104,12 +105,22 @@ class Store {
   /// an error the store is as before. Errors: also kInvalidArgument for a level that a store cannot
   /// have; those of add_level().
   AttributeId add_attribute(AttributeSchema schema, int finest_level);
-  /// Sets the pipelines (plait/extend/pipeline.h) of levels that later calls of add_level()
-  /// make; existing ones keep theirs. The first value is options().pipeline.
-  /// Errors: kInvalidArgument or kNotSupported for a pipeline that the backend cannot use.
+  /// Sets the pipelines (plait/extend/pipeline.h) that levels have in the end which later calls of
+  /// add_level() make; existing ones keep theirs. The first value is that of options(). Errors:
+  /// kInvalidArgument or kNotSupported for a pipeline that the backend cannot use.
   void set_pipeline(AttributeId attribute, LevelPipelines pipeline);
-  /// Adds one level to the attribute. Its blocks read as zeros until they are written.
+  /// Adds one level to the attribute. Its blocks read as zeros until they are written, by any
+  /// passes: if the level's pipeline encodes blocks from other blocks, the level has another
+  /// pipeline (LevelFile::pipeline) until finish_encoding().
   void add_level(AttributeId attribute);
+  /// Encodes levels that do not have their own pipeline yet, attribute by attribute, as
+  /// recode_attribute() does: such an attribute gets new files, and another LevelFile for each
+  /// level. commit() calls it; a program calls it to show the progress, which counts raw bytes, or
+  /// to cancel. After an error each attribute is encoded either way, and another call goes on.
+  /// Errors: kCancelled; kBadState for unfinished levels, while a pass is under way, in the pause
+  /// of a longer work and during a walk; kBusy while the store has readers; those of reading and
+  /// writing blocks.
+  void finish_encoding(const ProgressCallback& progress = {});
   /// Removes the attribute with its levels. The attributes after it get smaller ids. Errors:
   /// kBadState for an attribute from which levels of another one were encoded.
   void remove_attribute(AttributeId attribute);
@@ -144,14 +155,14 @@ class Store {
   std::span<const std::byte> base_bytes(AttributeId attribute) const;
 
   /// Publishes all levels, attributes and texts as the next version, if anything has changed since
-  /// the last one. Unless options().durability is kNone, the commit is durable: after a crash at
-  /// any moment, open() gives either the version before or this version, complete. After a failed
-  /// commit the store refuses further commits until it is opened again. REQUIRES: no block is
-  /// pinned for writing. Errors: kIo, kNoSpace; kBadState after a failed write or commit. Also
-  /// kBadState, without any change, while a pass is under way, or a level or base records are
-  /// unfinished: a pass that wrote to them was cancelled or failed, and no later pass has
-  /// overwritten all of them. Nobody can read such records: run the pass again, or roll_back().
-  /// kBusy while the store has readers or views.
+  /// the last one, after finish_encoding(). Unless options().durability is kNone, the commit is
+  /// durable: after a crash at any moment, open() gives either the version before or this version,
+  /// complete. After a failed commit the store refuses further commits until it is opened again.
+  /// REQUIRES: no block is pinned for writing. Errors: kIo, kNoSpace; kBadState after a failed
+  /// write or commit. Also kBadState, without any change, while a pass is under way, or a level or
+  /// base records are unfinished: a pass that wrote to them was cancelled or failed, and no later
+  /// pass has overwritten all of them. Nobody can read such records: run the pass again, or
+  /// roll_back(). kBusy while the store has readers or views.
   void commit();
   /// Brings the store back to its last commit, or, before the first one, to a store without
   /// attributes and texts: discards all changes, and what cancelled and failed passes left.
@@ -177,6 +188,7 @@ class Store {
   /// Every function of the store takes its state from here. Errors: kBadState for a store that is
   /// closed or moved from, and in a process that was forked from the store's.
   Implementation& state() const;
+  void add_level(AttributeId attribute, bool is_final);
   void check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const;
 
   explicit Store(std::unique_ptr<Implementation> implementation);

@@ -50,6 +50,8 @@ struct RegisteredBackend {
   std::function<void()> check_machine = {};
   /// The pipeline of a store that names none.
   Pipeline default_pipeline = {};
+  /// The best pipeline for such records that needs no other blocks. Empty: the default.
+  std::function<Pipeline(const AttributeSchema&)> plain_pipeline = {};
   /// The filters and codecs that the backend uses. nullptr: its only pipeline is "none".
   std::shared_ptr<const PipelineRegistry> stages = {};
 
@@ -58,6 +60,11 @@ struct RegisteredBackend {
   void check_pipelines(const LevelPipelines& pipelines, const AttributeSchema& schema) const;
   /// As PipelineRegistry::needs_other_blocks(), for any of the levels.
   bool needs_other_blocks(const LevelPipelines& pipelines, const AttributeSchema& schema) const;
+  /// What a pass that writes blocks in any order can take for levels that get the pipeline `last`:
+  /// `planned`, which is `last` with a recipe, if blocks of `last` need no others. Else a plain
+  /// pipeline, with the recipe if it is made from the base mesh.
+  Pipeline first_pipeline(const Pipeline& last, const Pipeline& planned,
+                          const AttributeSchema& schema) const;
   /// As PipelineRegistry::planned().
   LevelPipelines planned(LevelPipelines pipelines, const PlannedLevels& levels) const;
 };

@@ -74,9 +74,11 @@ class StoreAccess {
   static LevelGeometry geometry(const Store& store, std::size_t record_bytes, int level,
                                 std::uint64_t block_bytes = 0);
 
-  /// Whether blocks of this level of the attribute, which the store may not have yet, are encoded
-  /// from other blocks or from base records. Then a pass that makes the level must change neither.
-  static bool is_encoded_from_others(const Store& store, AttributeId attribute, int level);
+  /// Store::add_level() for a work that writes coarser levels first, and base records before them:
+  /// the level has its own pipeline at once.
+  static void add_final_level(Store& store, AttributeId attribute) {
+    store.add_level(attribute, true);
+  }
 
   /// Throws kBadState if the level is unfinished (plait/detail/level_file.h): its records are those
   /// of no moment. Level base_level() are the base records. A pass may read levels that the work
@@ -99,9 +101,6 @@ class StoreAccess {
     AttributeId id;
     int first_level, last_level;
   };
-  /// Whether blocks of these levels are encoded from coarser ones of them. Then no pass can write
-  /// all of them.
-  static bool are_encoded_from_each_other(const Store& store, const NewLevels& levels);
   /// The part of the budget that is for frames at any time while these levels are added: the rest
   /// is what the backend keeps for itself. `planned`: plan_levels() is called before, with this
   /// provenance.
@@ -145,10 +144,10 @@ class StoreAccess {
   /// provenance() says. If the attribute's pipeline has the stage `predicted`, blocks that the
   /// scheme makes again are then stored in no bytes (plait/extend/block_maker.h). Blocks with other
   /// content are stored as always. If nothing can make such levels, the pipeline loses the stage.
-  /// `copy_of`: the name that the attribute has in the end, if its records are copied. Then the
-  /// earlier attributes of the store are complete, and blocks can be made from them too.
+  /// `others_are_complete`: the earlier attributes of the store are, so that blocks can be made
+  /// from them too.
   static void plan_levels(Store& store, AttributeId attribute, int finest_level,
-                          std::string_view copy_of = {});
+                          bool others_are_complete = false);
 
   /// Sets rounding(); the next commit records it. copy_attribute() calls it; a pass that
   /// gives the records other values sets it to nothing. Errors: kInvalidArgument for an error or a
