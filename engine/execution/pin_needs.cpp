@@ -1,6 +1,7 @@
 #include "execution/pin_needs.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "execution/sweep/sweep_window.h"
@@ -14,18 +15,14 @@ namespace {
 /// Counts the blocks of one access that a chunk of edges, or a face, needs.
 class NeededBlocks {
  public:
-  NeededBlocks(const Store& store, const AccessedLevels& access) : reach_(access.reach) {
-    for (int level = std::max(access.first_level, store.base_level() + 1);
-         level <= access.last_level; ++level)
-      levels_.push_back({StoreAccess::geometry(store, access.record_bytes, level), {}});
+  explicit NeededBlocks(AccessedGeometries access) : reach_(access.reach) {
+    for (LevelGeometry& geometry : access.levels) levels_.push_back({std::move(geometry), {}});
     for (Level& level : levels_) level.needed_by.assign(level.geometry.block_count(), 0);
   }
 
   Reach reach() const { return reach_; }
-  /// Of the finest level, which has the fewest slots in a block. -1 if there are no levels.
-  int slots_per_block_log2() const {
-    return levels_.empty() ? -1 : levels_.back().geometry.slots_per_block_log2();
-  }
+  /// Of the finest level, which has the fewest slots in a block. REQUIRES: there are levels.
+  int slots_per_block_log2() const { return levels_.back().geometry.slots_per_block_log2(); }
 
   void begin_stencil() {
     ++stencil_;
@@ -53,28 +50,35 @@ class NeededBlocks {
   std::uint64_t stencil_ = 0, bytes_ = 0;
 };
 
+AccessedGeometries geometries_of(const Store& store, const AccessedLevels& access) {
+  AccessedGeometries result{{}, access.reach};
+  for (int level = std::max(access.first_level, store.base_level() + 1); level <= access.last_level;
+       ++level)
+    result.levels.push_back(StoreAccess::geometry(store, access.record_bytes, level));
+  return result;
+}
+
 }  // namespace
 
-std::uint64_t sweep_needs(const Store& store, std::span<const AccessedLevels> accesses,
-                          int threads) {
+std::uint64_t window_needs(const Store& store, std::vector<AccessedGeometries> accesses,
+                           int threads) {
   const Topology mesh = store.base().topology();
   std::vector<NeededBlocks> needed;
   int fewest_slots_log2 = kMostChunkEdgesLog2;
-  for (const AccessedLevels& access : accesses) {
-    needed.emplace_back(store, access);
-    if (needed.back().slots_per_block_log2() < 0)
-      needed.pop_back();
-    else
-      fewest_slots_log2 = std::min(fewest_slots_log2, needed.back().slots_per_block_log2());
+  for (AccessedGeometries& access : accesses) {
+    if (access.levels.empty()) continue;
+    needed.emplace_back(std::move(access));
+    fewest_slots_log2 = std::min(fewest_slots_log2, needed.back().slots_per_block_log2());
   }
-  const std::uint64_t edge_count = mesh.edges.size();
+  const EdgeRange edges = StoreAccess::edges(store);
   const std::uint64_t chunk = chunk_edges(fewest_slots_log2, threads);
   std::uint64_t most = 0;
-  for (std::uint64_t first = 0; first < edge_count; first += chunk) {
+  for (std::uint64_t first = edges.first; first < edges.after; first += chunk) {
     std::uint64_t bytes = 0;
     for (NeededBlocks& blocks : needed) {
       blocks.begin_stencil();
-      for (std::uint64_t edge = first; edge < std::min(first + chunk, edge_count); ++edge)
+      for (std::uint64_t edge = first; edge < std::min<std::uint64_t>(first + chunk, edges.after);
+           ++edge)
         for_each_edge_in_reach(mesh, static_cast<EdgeId>(edge), blocks.reach(),
                                [&](EdgeId reached) { blocks.need(reached); });
       bytes += blocks.bytes();
@@ -84,9 +88,16 @@ std::uint64_t sweep_needs(const Store& store, std::span<const AccessedLevels> ac
   return most;
 }
 
+std::uint64_t sweep_needs(const Store& store, std::span<const AccessedLevels> accesses,
+                          int threads) {
+  std::vector<AccessedGeometries> geometries;
+  for (const AccessedLevels& access : accesses) geometries.push_back(geometries_of(store, access));
+  return window_needs(store, std::move(geometries), threads);
+}
+
 std::uint64_t patch_needs(const Store& store, const AccessedLevels& access) {
   const Topology mesh = store.base().topology();
-  NeededBlocks blocks(store, access);
+  NeededBlocks blocks(geometries_of(store, access));
   std::uint64_t most = 0;
   for (FaceId face = 0; face < mesh.faces.size(); ++face) {
     blocks.begin_stencil();

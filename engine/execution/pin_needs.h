@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "plait/detail/namespace.h"
+#include "plait/extend/level_geometry.h"
 #include "plait/extend/sweep.h"
 #include "plait/store.h"
 
@@ -20,8 +22,16 @@ struct AccessedLevels {
   Reach reach = Reach::kOwn;
 };
 
-/// The most bytes of frames that a sweep with these accesses pins at once. This is the smallest
-/// budget for the sweep. For levels that exist, sweep_window_bytes() gives the same number.
+/// The same levels by where their blocks are, from coarse to fine.
+struct AccessedGeometries {
+  std::vector<LevelGeometry> levels;
+  Reach reach;
+};
+
+/// The most bytes of frames that a sweep pins at once over levels with these geometries.
+std::uint64_t window_needs(const Store& store, std::vector<AccessedGeometries> accesses,
+                           int threads);
+/// The same for levels that the store need not have. This is the smallest budget for the sweep.
 /// Pinned by tests/engine/execution/pin_needs_test.cpp.
 std::uint64_t sweep_needs(const Store& store, std::span<const AccessedLevels> accesses,
                           int threads);

@@ -1,36 +1,17 @@
 // Writes a version (base records, description, block tables, manifest slot), and reads one.
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <utility>
 
-#include "format/checksum.h"
 #include "format/file_names.h"
 #include "format/version_description.h"
-#include "format/version_file.h"
 #include "plait/error.h"
 #include "store/recovery.h"
 #include "store/store_state.h"
 #include "store/stored_version.h"
+#include "store/version_writer.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
-namespace {
-
-/// Creates the file. Replaces a file that an earlier run left under its name.
-void write_whole_file(const Directory& store, const std::string& name,
-                      std::span<const std::byte> bytes, bool durable) {
-  store.remove(name);
-  File file(store, name, OpenMode::kCreate);
-  file.write_at(0, bytes);
-  if (durable) file.sync();
-  file.close();
-}
-
-bool has_predicted(const BlockTable& table) {
-  return std::ranges::find(table.entries(), BlockEncoding::kPredicted, &BlockEntry::encoding) !=
-         table.entries().end();
-}
-
-}  // namespace
 
 VersionDescription Store::Implementation::description() const {
   VersionDescription result;
@@ -68,54 +49,28 @@ std::filesystem::path Store::Implementation::path_of(const LevelFile& level) con
 }
 
 void Store::Implementation::write_version() {
-  lock.check_name(directory);
   const bool durable = options.durability == Durability::kCommit;
-  for (const Attribute& attribute : attributes)
-    for (const auto& level : attribute.levels) level->backend->sync(durable);
-
   if (sequence == kMaxSequence)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("commit {}: version {} is the last that a store can have",
                             path.native(), sequence));
-  Manifest next;
-  next.uuid = uuid;
-  next.sequence = sequence + 1;
-  VersionDescription content = description();
-  for (std::size_t i = 0; i < attributes.size(); ++i) {
-    write_whole_file(directory, base_file_name(attributes[i].record.number, next.sequence),
-                     attributes[i].base_bytes, durable);
-    content.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
-  }
-  for (std::size_t i = 0; i < face_attributes.size(); ++i) {
-    write_whole_file(directory, faces_file_name(face_attributes[i].number, next.sequence),
-                     face_attributes[i].bytes, durable);
-    content.face_attributes[i].checksum = checksum_of(face_attributes[i].bytes);
-  }
-  std::vector<const BlockTable*> all_tables;
   for (const Attribute& attribute : attributes)
-    for (const auto& level : attribute.levels) {
-      all_tables.push_back(&level->table);
-      if (has_predicted(level->table)) next.required_features |= kPredictedBlocks;
-    }
-  const std::vector<std::byte> described =
-      encode_version_file(encode_description(content), all_tables);
-  write_whole_file(directory, version_file_name(next.sequence), described, durable);
-  next.version_bytes = described.size();
-  next.version_checksum = checksum_of(described);
-  next.optional_features = optional_features_of(content);
-  if (durable) directory.sync();
-
-  File file(directory, kManifestName, OpenMode::kReadWrite);
-  write_manifest(file, next);
-  if (durable) file.sync();
-  file.close();
+    for (const auto& level : attribute.levels) level->backend->sync(durable);
+  VersionContent content{description(), {}, {}};
+  for (const Attribute& attribute : attributes) {
+    content.base_records.push_back(attribute.base_bytes);
+    for (const auto& level : attribute.levels) content.tables.push_back(&level->table);
+  }
+  for (const FaceAttribute& attribute : face_attributes)
+    content.face_records.push_back(attribute.bytes);
+  publish_version(directory, lock, uuid, sequence + 1, std::move(content), durable);
   if (durable && !name_is_durable) {
     directory.parent().sync();
     name_is_durable = true;
   }
 
   // The version is committed. An error in the removal of old files does not change that.
-  sequence = next.sequence;
+  ++sequence;
   try {
     versions_read = remove_old_versions(directory);
   } catch (const Error&) {

@@ -23,9 +23,9 @@
 #include "plait/extend/file.h"
 #include "plait/extend/parts.h"
 #include "store/lock.h"
-#include "store/parts/joined_store.h"
 #include "store/recovery.h"
 #include "store/unpublished_store.h"
+#include "store/version_writer.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -111,8 +111,9 @@ class Join {
       record_bytes.push_back(attribute.schema.record_bytes());
     StoreLock lock(store, LockFor::kCreating);
     lock.sign();
-    commit_joined_version(store, lock, plan_.plan.uuid, 1, std::move(description),
-                          merge_base_records(directory_, plan_, parts_, mesh, record_bytes));
+    const auto records = merge_base_records(directory_, plan_, parts_, mesh, record_bytes);
+    publish_version(store, lock, plan_.plan.uuid, 1,
+                    {std::move(description), {records.begin(), records.end()}, {}}, true);
   }
 
   /// Makes the parts of a pass the next version of the store.

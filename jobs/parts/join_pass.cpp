@@ -12,8 +12,8 @@
 #include "parts/pass_store.h"
 #include "plait/error.h"
 #include "plait/extend/block_maker.h"
-#include "store/parts/joined_store.h"
 #include "store/recovery.h"
+#include "store/version_writer.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -76,8 +76,10 @@ void PassTarget::commit(const Directory& plan_directory, const std::vector<DoneF
     give_name(inside, tables_file_name(plan_.version(), done.part));
     description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
   }
-  commit_joined_version(store_, lock_, plan_.plan.uuid, plan_.version(), std::move(description),
-                        records, faces);
+  publish_version(
+      store_, lock_, plan_.plan.uuid, plan_.version(),
+      {std::move(description), {records.begin(), records.end()}, {faces.begin(), faces.end()}},
+      true);
   try {
     remove_old_versions(store_);
   } catch (const Error&) {  // the version is committed; the next writer removes the files

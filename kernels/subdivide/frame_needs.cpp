@@ -12,27 +12,28 @@ namespace {
 constexpr std::size_t kFrameNormalBytes = 12;
 
 /// The largest need of the passes of sweep_steps.cpp. The passes at the finest level are the widest
-/// of their kind, so the function needs only their accesses.
+/// of their kind.
 std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& options,
                                 std::size_t record_bytes, bool makes_levels) {
-  const int first = store.base_level() + 1, last = options.levels;
+  enum : AttributeId { kPosition, kNormal, kLimit };
+  const int base_level = store.base_level(), last = options.levels;
   const SchemeTraits scheme = traits_of(options.scheme);
-  const Reach coarse_reach = scheme.ring_count == 2 ? Reach::kRing : Reach::kFaces;
-  std::vector<std::vector<AccessedLevels>> passes;
-  if (makes_levels) {
-    passes.push_back({{record_bytes, first, last - 1, coarse_reach}, {record_bytes, last, last}});
-    if (scheme.moves_even)
-      passes.push_back(
-          {{record_bytes, last, last, Reach::kFaces}, {record_bytes, first, last - 1}});
-  }
-  if (options.normals || options.limit) {
-    passes.push_back({{record_bytes, first, last, Reach::kFaces}});
-    if (options.normals) passes.back().push_back({kFrameNormalBytes, first, last});
-    if (options.limit) passes.back().push_back({record_bytes, first, last});
-  }
+  std::vector<std::vector<LevelAccess>> passes;
+  if (makes_levels) passes.push_back(odd_accesses(kPosition, base_level, last, scheme.ring_count));
+  if (makes_levels && scheme.moves_even)
+    passes.push_back(even_accesses(kPosition, base_level, last));
+  if (options.normals || options.limit)
+    passes.push_back(surface_accesses(kPosition, base_level, last,
+                                      options.normals ? AttributeId{kNormal} : kNoId,
+                                      options.limit ? AttributeId{kLimit} : kNoId));
   std::uint64_t most = 0;
-  for (const std::vector<AccessedLevels>& accesses : passes)
+  for (const std::vector<LevelAccess>& pass : passes) {
+    std::vector<AccessedLevels> accesses;
+    for (const LevelAccess& access : pass)
+      accesses.push_back({access.attribute == kNormal ? kFrameNormalBytes : record_bytes,
+                          access.first_level, access.last_level, access.reach});
     most = std::max(most, sweep_needs(store, accesses, options.threads));
+  }
   return most;
 }
 

@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "plait/detail/one_ring.h"
 #include "plait/detail/ring_table.h"
 #include "plait/extend/store_access.h"
+#include "plait/extend/sweep.h"
 #include "plait/extend/vector3.h"
 #include "plait/store.h"
 #include "plait/subdivide.h"
@@ -40,6 +42,15 @@ struct SubdivisionRun {
   void report(std::string_view phase, std::uint64_t vertices, std::uint64_t done,
               std::uint64_t count) const;
 };
+
+/// The accesses of the sweeps of one level, and of the sweep over the finished surface; kNoId as
+/// for make_surface(). The sweeps take them, and so does the sum of the frames that a subdivision
+/// needs, before there are such levels.
+std::vector<LevelAccess> odd_accesses(AttributeId position, int base_level, int level,
+                                      int ring_count);
+std::vector<LevelAccess> even_accesses(AttributeId position, int base_level, int level);
+std::vector<LevelAccess> surface_accesses(AttributeId position, int base_level, int level,
+                                          AttributeId normal, AttributeId limit);
 
 /// The number of vertices that levels `first` to `last` create.
 inline std::uint64_t vertices_born(const Store& store, int first, int last) {

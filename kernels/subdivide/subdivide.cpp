@@ -155,12 +155,10 @@ void subdivide(Store& store, const SubdivideOptions& options) try {
   const bool is_double = schema.type == ComponentType::kFloat64 && schema.components == 3;
   if (!is_double)
     StoreAccess::check_type(store, store.attribute("position"), ComponentType::kFloat32, 3);
-  const SubdivideOptions given = with_threads(options);
-  const SubdivisionStart start(store, given);
-  SubdivideOptions chosen = given;
-  chosen.executor = executor_for(store, given);
+  const SubdivisionStart start(store, options);
+  SubdivideOptions chosen = start.options();
   // The fused executor makes levels. Normals of base vertices alone are a sweep's work.
-  if (given.levels == store.base_level() && chosen.executor == ExecutorKind::kFused)
+  if (chosen.levels == store.base_level() && chosen.executor == ExecutorKind::kFused)
     chosen.executor = ExecutorKind::kSweep;
   const auto run = [&](const auto& rule) { Work(store, chosen, start, rule).run(); };
   is_double ? with_rule<double>(options.scheme, run) : with_rule<float>(options.scheme, run);

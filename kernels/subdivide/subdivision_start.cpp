@@ -12,6 +12,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/layout.h"
 #include "schemes/table.h"
+#include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -82,7 +83,7 @@ Provenance provenance_after(const Store& store, const SubdivideOptions& options,
 
 SubdivisionStart::SubdivisionStart(Store& store, const SubdivideOptions& options)
     : store_(store),
-      options_(options),
+      options_(with_threads(options)),
       position_(store.attribute("position")),
       level_(store.attributes()[position_].finest_level),
       provenance_(
@@ -90,20 +91,20 @@ SubdivisionStart::SubdivisionStart(Store& store, const SubdivideOptions& options
   check_numbers(store, options);
   check_attributes(store, options, position_);
   StoreAccess::check_changeable(store, "subdivide");
-  const ExecutorKind executor = executor_for(store, options);
-  check_executor(executor);
+  options_.executor = executor_for(store, options_);
+  check_executor();
   const bool makes_levels = options.levels > level_,
              moves_even = makes_levels && traits_of(options.scheme).moves_even;
   if (moves_even)
     for (int level = store.base_level() + 1; level <= level_; ++level)
       check_not_fixed(StoreAccess::level_file(store, position_, level));
-  check_budget(executor);
+  check_budget();
   if (options.limit || moves_even)
     store.base_bytes(position_);  // refuses records that other blocks are encoded from
 }
 
-void SubdivisionStart::check_executor(ExecutorKind executor) const {
-  if (executor != ExecutorKind::kFused) return;
+void SubdivisionStart::check_executor() const {
+  if (!is_fused()) return;
   const int base_level = store_.base_level();
   if (level_ > base_level && options_.levels > base_level)
     throw Error(ErrorCode::kNotSupported,
@@ -117,19 +118,19 @@ void SubdivisionStart::check_executor(ExecutorKind executor) const {
                             options_.levels - base_level, kMostFusedLevels));
 }
 
-std::vector<StoreAccess::NewLevels> SubdivisionStart::surface(ExecutorKind executor) const {
+std::vector<StoreAccess::NewLevels> SubdivisionStart::surface() const {
   const int first = store_.base_level() + 1;
   std::vector<StoreAccess::NewLevels> made;
   if (options_.normals)
     made.push_back({schema_of<Vector3<float>>("normal"), kNoId, first, options_.levels});
-  if (options_.limit && executor != ExecutorKind::kFused)
+  if (options_.limit && !is_fused())
     made.push_back({store_.attributes()[position_].schema, kNoId, first, options_.levels});
   return made;
 }
 
-void SubdivisionStart::check_budget(ExecutorKind executor) const {
+void SubdivisionStart::check_budget() const {
   std::uint64_t needed = 0;
-  if (executor == ExecutorKind::kFused) {
+  if (is_fused()) {
     const std::array<std::size_t, 2> records = {
         store_.attributes()[position_].schema.record_bytes(), sizeof(Vector3<float>)};
     if (options_.levels > store_.base_level())
@@ -138,19 +139,18 @@ void SubdivisionStart::check_budget(ExecutorKind executor) const {
   } else {
     needed = subdivide_frame_bytes(store_, options_);
   }
-  if (const std::uint64_t found = frame_budget(executor); needed > found)
+  if (const std::uint64_t found = frame_budget(); needed > found)
     refuse_budget(store_, options_, needed, found);
 }
 
 /// What the levels of the whole work leave of the budget for frames.
-std::uint64_t SubdivisionStart::frame_budget(ExecutorKind executor) const {
-  const bool fused = executor == ExecutorKind::kFused;
-  std::vector<StoreAccess::NewLevels> made = surface(executor);
+std::uint64_t SubdivisionStart::frame_budget() const {
+  std::vector<StoreAccess::NewLevels> made = surface();
   made.insert(made.begin(), StoreAccess::NewLevels{store_.attributes()[position_].schema, position_,
                                                    level_ + 1, options_.levels});
   Provenance provenance = provenance_;
-  provenance.limit = fused && options_.limit;
-  return StoreAccess::frame_budget_with(store_, made, fused ? &provenance : nullptr);
+  provenance.limit = is_fused() && options_.limit;
+  return StoreAccess::frame_budget_with(store_, made, is_fused() ? &provenance : nullptr);
 }
 
 PLAIT_END_NAMESPACE

@@ -21,19 +21,22 @@ class SubdivisionStart {
 
   /// The finest level of positions that the store has.
   int level() const noexcept { return level_; }
+  /// The options with the executor and the number of threads that the work takes.
+  const SubdivideOptions& options() const noexcept { return options_; }
   /// What the store records of the levels while the work makes them, and in the end.
   const Provenance& provenance() const noexcept { return provenance_; }
 
  private:
-  void check_executor(ExecutorKind executor) const;
+  void check_executor() const;
   /// Throws kBudget if the frames of the whole work do not fit.
-  void check_budget(ExecutorKind executor) const;
-  std::uint64_t frame_budget(ExecutorKind executor) const;
+  void check_budget() const;
+  std::uint64_t frame_budget() const;
   /// The levels of normals and limit positions that the work makes.
-  std::vector<StoreAccess::NewLevels> surface(ExecutorKind executor) const;
+  std::vector<StoreAccess::NewLevels> surface() const;
+  bool is_fused() const { return options_.executor == ExecutorKind::kFused; }
 
   const Store& store_;
-  const SubdivideOptions& options_;
+  SubdivideOptions options_;
   const AttributeId position_;
   const int level_;
   Provenance provenance_;

@@ -46,6 +46,27 @@ void set_ring(RingTable<Record>& rings, EdgeId edge, BaseRelativeLevel level,
 
 }  // namespace
 
+std::vector<LevelAccess> odd_accesses(AttributeId position, int base_level, int level,
+                                      int ring_count) {
+  return {{position, base_level + 1, level - 1, Access::kRead,
+           ring_count == 2 ? Reach::kRing : Reach::kFaces},
+          {position, level, level, Access::kOverwrite}};
+}
+
+std::vector<LevelAccess> even_accesses(AttributeId position, int base_level, int level) {
+  return {{position, level, level, Access::kRead, Reach::kFaces},
+          {position, base_level + 1, level - 1, Access::kUpdate}};
+}
+
+std::vector<LevelAccess> surface_accesses(AttributeId position, int base_level, int level,
+                                          AttributeId normal, AttributeId limit) {
+  std::vector<LevelAccess> accesses = {
+      {position, base_level + 1, level, Access::kRead, Reach::kFaces}};
+  for (const AttributeId made : {normal, limit})
+    if (made != kNoId) accesses.push_back({made, base_level + 1, level, Access::kOverwrite});
+  return accesses;
+}
+
 template <class Real>
 void SubdivisionRun<Real>::report(std::string_view phase, std::uint64_t vertices,
                                   std::uint64_t done, std::uint64_t count) const {
@@ -73,9 +94,7 @@ void make_odd(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int le
 
   SweepPass pass;
   pass.name = fmt::format("level {}: odd vertices", level);
-  pass.accesses = {{run.position, base_level + 1, level - 1, Access::kRead,
-                    Rule::kRingCount == 2 ? Reach::kRing : Reach::kFaces},
-                   {run.position, level, level, Access::kOverwrite}};
+  pass.accesses = odd_accesses(run.position, base_level, level, Rule::kRingCount);
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
     const SlotSource<Record> source{view, 0, base_level};
@@ -99,8 +118,7 @@ void move_even(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level) 
     std::vector<EdgeGrid<Record>> grids = make_grids(run, refinements);
     SweepPass pass;
     pass.name = fmt::format("level {}: even vertices", level);
-    pass.accesses = {{run.position, level, level, Access::kRead, Reach::kFaces},
-                     {run.position, base_level + 1, level - 1, Access::kUpdate}};
+    pass.accesses = even_accesses(run.position, base_level, level);
     pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
       EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
       gather(mesh, SlotSource<Record>{view, 0, base_level}, std::span<const Record>(base), edge,
@@ -133,11 +151,8 @@ void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, in
   pass.name = normal == kNoId  ? "limit positions"
               : limit == kNoId ? "normals"
                                : "normals and limit positions";
-  pass.accesses = {{run.position, base_level + 1, level, Access::kRead, Reach::kFaces}};
-  const std::size_t normal_access = pass.accesses.size();
-  if (normal != kNoId) pass.accesses.push_back({normal, base_level + 1, level, Access::kOverwrite});
-  const std::size_t limit_access = pass.accesses.size();
-  if (limit != kNoId) pass.accesses.push_back({limit, base_level + 1, level, Access::kOverwrite});
+  pass.accesses = surface_accesses(run.position, base_level, level, normal, limit);
+  const std::size_t normal_access = 1, limit_access = pass.accesses.size() - 1;
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
     gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, 0, refinements, grid);

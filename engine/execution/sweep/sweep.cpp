@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "execution/pin_needs.h"
 #include "execution/sweep/sweep_window.h"
 #include "execution/sweep/sweep_workers.h"
 #include "plait/error.h"
@@ -51,28 +52,23 @@ void check_accesses(const Store& store, const SweepPass& pass) {
   check_not_encoded_from_each_other(written);
 }
 
-std::uint64_t window_bytes_of(SweepWindow& window, EdgeRange edges, EdgeId chunk) {
-  std::uint64_t most = 0;
-  for (EdgeId first = edges.first; first < edges.after;
-       first += std::min(chunk, edges.after - first)) {
-    window.plan(first, first + std::min(chunk, edges.after - first));
-    most = std::max(most, window.planned_bytes());
-  }
-  return most;
-}
-
 }  // namespace
 
 std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int threads) {
   threads = thread_count(threads, fmt::format("sweep '{}'", pass.name));
   check_accesses(store, pass);
-  SweepWindow window(store, pass);
-  return window_bytes_of(window, StoreAccess::edges(store), window.chunk_edges(threads));
+  std::vector<AccessedGeometries> accesses;
+  for (const LevelAccess& access : pass.accesses) {
+    accesses.push_back({{}, access.reach});
+    for (int number = access.first_level; number <= access.last_level; ++number)
+      accesses.back().levels.push_back(
+          StoreAccess::level_file(store, access.attribute, number).geometry);
+  }
+  return window_needs(store, std::move(accesses), threads);
 }
 
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try {
   const int threads = thread_count(options.threads, fmt::format("sweep '{}'", pass.name));
-  // With a window of its own, because an error that ends a window leaves its levels unfinished.
   const std::uint64_t needed_bytes = sweep_window_bytes(store, pass, threads);
   if (needed_bytes > StoreAccess::pager(store).budget_bytes())
     throw Error(

@@ -45,12 +45,6 @@ void SweepWindow::plan(EdgeId first, EdgeId after) {
   }
 }
 
-std::uint64_t SweepWindow::planned_bytes() const {
-  std::uint64_t bytes = 0;
-  for (const PinnedLevel& level : levels_) bytes += level.needed_bytes();
-  return bytes;
-}
-
 void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
   if (levels_.empty()) return;
   constexpr EdgeId kRuns = 2 * Pager::kInFlight;

@@ -63,7 +63,6 @@ class SweepWindow {
 
   /// Finds the blocks that the edges [first, after) need. The next advance() pins them.
   void plan(EdgeId first, EdgeId after);
-  std::uint64_t planned_bytes() const;
   /// Prefetches blocks for the edges from `first` on, until the session has no free frame, but at
   /// most for a few runs of `chunk` edges.
   void look_ahead(EdgeId first, EdgeId chunk);

@@ -73,7 +73,7 @@ void release_excess(std::vector<Element>& elements) {
 /// Names of a file may be of any length and have any bytes.
 std::string short_line(std::string text) {
   constexpr std::size_t kMostBytes = 600;
-  if (text.size() > kMostBytes) text = text.substr(0, kMostBytes) + "...";
+  if (text.size() > kMostBytes) text.replace(kMostBytes, std::string::npos, "...");
   for (char& c : text)
     if (c < ' ' || c > '~') c = '?';
   return text;

@@ -1,5 +1,5 @@
 // The store of one part: a Store that makes levels of which it has one shard of a larger store. A
-// machine makes it, and another puts the shards of all parts together (store/parts/joined_store.h).
+// machine makes it, and another puts the shards of all parts together (store/version_writer.h).
 // It is never committed.
 #pragma once
 

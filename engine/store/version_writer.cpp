@@ -1,0 +1,67 @@
+#include "store/version_writer.h"
+
+#include <algorithm>
+#include <string>
+
+#include "format/checksum.h"
+#include "format/file_names.h"
+#include "format/manifest.h"
+#include "format/version_file.h"
+#include "plait/extend/file.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Replaces a file that an earlier run left under its name.
+void write_whole_file(const Directory& store, const std::string& name,
+                      std::span<const std::byte> bytes, bool durable) {
+  store.remove(name);
+  File file(store, name, OpenMode::kCreate);
+  file.write_at(0, bytes);
+  if (durable) file.sync();
+  file.close();
+}
+
+bool has_predicted(const BlockTable* table) {
+  return std::ranges::find(table->entries(), BlockEncoding::kPredicted, &BlockEntry::encoding) !=
+         table->entries().end();
+}
+
+}  // namespace
+
+void publish_version(const Directory& store, const StoreLock& lock, const StoreUuid& uuid,
+                     std::uint64_t sequence, VersionContent content, bool durable) {
+  lock.check_name(store);
+  VersionDescription& description = content.description;
+  for (std::size_t at = 0; at < description.attributes.size(); ++at) {
+    AttributeRecord& attribute = description.attributes[at];
+    write_whole_file(store, base_file_name(attribute.number, sequence), content.base_records[at],
+                     durable);
+    attribute.base_checksum = checksum_of(content.base_records[at]);
+  }
+  for (std::size_t at = 0; at < description.face_attributes.size(); ++at) {
+    FaceAttributeRecord& attribute = description.face_attributes[at];
+    write_whole_file(store, faces_file_name(attribute.number, sequence), content.face_records[at],
+                     durable);
+    attribute.checksum = checksum_of(content.face_records[at]);
+  }
+  const std::vector<std::byte> version =
+      encode_version_file(encode_description(description), content.tables);
+  write_whole_file(store, version_file_name(sequence), version, durable);
+  Manifest manifest;
+  manifest.uuid = uuid;
+  manifest.sequence = sequence;
+  manifest.version_bytes = version.size();
+  manifest.version_checksum = checksum_of(version);
+  manifest.required_features = required_features_of(description);
+  if (std::ranges::any_of(content.tables, has_predicted))
+    manifest.required_features |= kPredictedBlocks;
+  manifest.optional_features = optional_features_of(description);
+  if (durable) store.sync();
+  File file(store, kManifestName, OpenMode::kReadWrite);
+  write_manifest(file, manifest);
+  if (durable) file.sync();
+  file.close();
+}
+
+PLAIT_END_NAMESPACE

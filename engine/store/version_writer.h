@@ -1,0 +1,29 @@
+// Writes the files of a version of a store, and makes it the newest one (docs/durability.md).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "format/version_description.h"
+#include "plait/extend/block_table.h"
+#include "plait/extend/directory.h"
+#include "store/lock.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// What a version has beside the base mesh and the files of its levels.
+struct VersionContent {
+  VersionDescription description;  ///< publish_version() enters the checksums of the records
+  /// Of all base vertices, for each attribute; of all base faces, for each face attribute.
+  std::vector<std::span<const std::byte>> base_records, face_records;
+  std::vector<const BlockTable*> tables = {};  ///< of all levels; none if they are in shards
+};
+
+/// Publishes version `sequence`. `lock` is that of a writer. If `durable`, all is synced. REQUIRES:
+/// the files of the levels are complete, and synced if `durable`. Errors: kBusy, kIo, kNoSpace.
+void publish_version(const Directory& store, const StoreLock& lock, const StoreUuid& uuid,
+                     std::uint64_t sequence, VersionContent content, bool durable);
+
+PLAIT_END_NAMESPACE
