@@ -62,9 +62,9 @@ PipelinesOf pipelines_of_copy(const DisplaceArguments& arguments, const Store& s
   for (AttributeId id = 0; id < source.attributes().size(); ++id) {
     const AttributeSchema& schema = source.attributes()[id].schema;
     LevelPipelines& of_attribute = pipelines[schema.name];
-    of_attribute = chosen                               ? chosen(schema)
-                   : source.backend_traits().compressed ? pipelines_of_levels(source, id)
-                                                        : backend.default_pipeline;
+    of_attribute = chosen                             ? chosen(schema)
+                   : source.info().backend.compressed ? pipelines_of_levels(source, id)
+                                                      : backend.default_pipeline;
     backend.check_pipelines(of_attribute, schema);
     // No scheme makes displaced positions.
     if (schema.name == "position")

@@ -6,6 +6,7 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 
 namespace plait::test {
 

@@ -39,7 +39,7 @@ TEST_CASE("MarchTetrahedra_Ball_IsASphereOrientedOutwards") {
           }
         }
       },
-      Progress(kSilent));
+      generation::Progress(kSilent));
   const BaseMesh mesh = BaseMesh::build(ball);
   CHECK(mesh.border_edge_count() == 0);
   CHECK(mesh.vertex_count() + mesh.face_count() == mesh.edge_count() + 2);
@@ -62,7 +62,7 @@ TEST_CASE("MarchTetrahedra_Noise_IsAClosedManifoldWhateverTheSigns") {
             }
           }
         },
-        Progress(kSilent));
+        generation::Progress(kSilent));
     std::vector<std::string> warnings;
     const BaseMesh mesh = BaseMesh::build(noise, "noise", &warnings);
     CHECK(mesh.vertex_count() > 1000);
