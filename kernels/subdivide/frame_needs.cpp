@@ -29,6 +29,7 @@ std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& opti
   std::uint64_t most = 0;
   for (const std::vector<LevelAccess>& pass : passes) {
     std::vector<AccessedLevels> accesses;
+    accesses.reserve(pass.size());
     for (const LevelAccess& access : pass)
       accesses.push_back({access.attribute == kNormal ? kFrameNormalBytes : record_bytes,
                           access.first_level, access.last_level, access.reach});
