@@ -16,6 +16,12 @@
 namespace plait::instrument {
 namespace {
 
+/// Boost.Math computes in double alone: by default it prepares tables of long double before main(),
+/// and where long double is a double (under valgrind) this preparation throws, so that the program
+/// cannot start.
+using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+using StudentsT = boost::math::students_t_distribution<double, InDouble>;
+
 void require_sample(std::span<const double> values) {
   if (values.empty())
     throw Error(ErrorCode::kInvalidArgument, "statistics: expected a sample, found no value");
@@ -54,7 +60,7 @@ Comparison compared(double difference, double error, double degrees, std::size_t
   found.factor.high = std::exp(difference + half);
   found.factor.confidence = confidence;
   if (error > 0)
-    found.p_value = 2 * boost::math::cdf(boost::math::complement(boost::math::students_t(degrees),
+    found.p_value = 2 * boost::math::cdf(boost::math::complement(StudentsT(degrees),
                                                                  std::abs(difference) / error));
   else
     found.p_value = difference == 0 ? 1 : 0;
@@ -65,8 +71,8 @@ Comparison compared(double difference, double error, double degrees, std::size_t
 double inverse_trigamma(double y) {
   double x = 0.5 + 1 / y;
   for (int step = 0; step < 50; ++step) {
-    const double here = boost::math::trigamma(x);
-    const double change = here * (1 - here / y) / boost::math::polygamma(2, x);
+    const double here = boost::math::trigamma(x, InDouble());
+    const double change = here * (1 - here / y) / boost::math::polygamma(2, x, InDouble());
     x += change;
     if (-change < 1e-8 * x) break;
   }
@@ -93,8 +99,7 @@ double quantile(std::span<const double> values, double fraction) {
 }
 
 double student_factor(double degrees, double confidence) {
-  return boost::math::quantile(
-      boost::math::complement(boost::math::students_t(degrees), (1 - confidence) / 2));
+  return boost::math::quantile(boost::math::complement(StudentsT(degrees), (1 - confidence) / 2));
 }
 
 Estimate mean_interval(std::span<const double> values, double confidence) {
@@ -117,9 +122,9 @@ Spread common_spread(std::span<const Spread> spreads) {
   double noise_of_estimates = 0;
   for (const auto& [variance, degrees] : spreads) {
     if (!(variance > 0) || !(degrees > 0)) continue;
-    logarithms.push_back(std::log(variance) - boost::math::digamma(degrees / 2) +
+    logarithms.push_back(std::log(variance) - boost::math::digamma(degrees / 2, InDouble()) +
                          std::log(degrees / 2));
-    noise_of_estimates += boost::math::trigamma(degrees / 2);
+    noise_of_estimates += boost::math::trigamma(degrees / 2, InDouble());
   }
   if (logarithms.size() < kFewest) return {};
   const Moments found = moments_of(logarithms);
@@ -127,8 +132,9 @@ Spread common_spread(std::span<const Spread> spreads) {
       found.variance - noise_of_estimates / static_cast<double>(logarithms.size());
   const double degrees =
       differences > 0 ? std::min(kMostDegrees, 2 * inverse_trigamma(differences)) : kMostDegrees;
-  return {std::exp(found.mean + boost::math::digamma(degrees / 2) - std::log(degrees / 2)),
-          degrees};
+  return {
+      std::exp(found.mean + boost::math::digamma(degrees / 2, InDouble()) - std::log(degrees / 2)),
+      degrees};
 }
 
 Comparison compare_paired(std::span<const double> first, std::span<const double> second,
