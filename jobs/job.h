@@ -321,6 +321,7 @@ Job compare_job();
 Job convert_job();
 Job export_job();
 Job import_job();
+Job pass_job();
 Job remesh_job();
 Job subdivide_job();
 

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "base/text.h"
-#include "copy_arguments.h"
+#include "plait/compression.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/pipeline_registry.h"
@@ -31,15 +31,6 @@ Option* add_threads_option(CommandLine& command, int& threads, const std::string
 
 Option* add_level_option(CommandLine& command, int& level, const std::string& description) {
   return add_whole_option(command, "--level", level, 0, kMaxLevel, description);
-}
-
-Option* add_weld_option(CommandLine& command, std::optional<double>& tolerance) {
-  return command
-      .add_option_with_optional_number(
-          "--weld", [&tolerance](const std::string& text) { tolerance = parse_tolerance(text); },
-          "Vertices at most so far from each other become one; without a number those of equal "
-          "positions")
-      ->type_name("[TOLERANCE]");
 }
 
 Option* add_output_option(CommandLine& command, const std::string& name,
@@ -72,22 +63,6 @@ Option* add_json_option(CommandLine& command, CommandContext& context) {
                           "Print one JSON object, and nothing else, to standard output");
 }
 
-Option* add_compress_option(CommandLine& command, std::vector<std::string>& texts) {
-  return command
-      .add_option("--compress", texts,
-                  "How blocks are compressed: a preset or a pipeline (see below), for all "
-                  "attributes and levels or as ATTRIBUTE=..., @LEVELS=... or "
-                  "ATTRIBUTE@LEVELS=...; may be repeated")
-      ->allow_extra_args(false)
-      ->type_name("PRESET|[FILTER+FILTER,]CODEC[:LEVEL]");
-}
-
-PipelinesOf pipelines_of(const std::vector<std::string>& texts) {
-  return [compression = compression_of(texts)](const AttributeSchema& schema) {
-    return compression.pipeline_of(schema);
-  };
-}
-
 std::string compression_help() {
   AttributeSchema position;
   position.name = "position";
@@ -108,6 +83,13 @@ std::string compression_help() {
       "smaller\n"
       "range of levels before the larger, then the later text before the earlier.\n";
   return text;
+}
+
+std::string max_error_help() {
+  return "--max-error 1e-5 rounds positions so that no coordinate changes by more than 1e-5, and\n"
+         "1e-6rel by more than a millionth of the diagonal of the base vertices' box. With\n"
+         ",euclidean, no vertex moves farther. normal=1e-3 rounds normals. Base vertices, and\n"
+         "what has no bound, stay exact; plait info prints the errors.";
 }
 
 std::string backend_help(const BackendRegistry& backends) {

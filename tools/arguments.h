@@ -25,8 +25,6 @@ Option* add_whole_option(CommandLine& command, const std::string& name, Number& 
 Option* add_threads_option(CommandLine& command, int& threads, const std::string& description);
 /// --level K, 0 to kMaxLevel. A command uses the finest level if the option is not given (-1).
 Option* add_level_option(CommandLine& command, int& level, const std::string& description);
-/// --weld [TOLERANCE], a number of 0 or more; 0 if it is left out.
-Option* add_weld_option(CommandLine& command, std::optional<double>& tolerance);
 /// A positional argument that names the output. "-" is refused, because commands write no output to
 /// standard output.
 Option* add_output_option(CommandLine& command, const std::string& name,
@@ -34,12 +32,10 @@ Option* add_output_option(CommandLine& command, const std::string& name,
 /// --plugin FILE, for commands that open or make a store. The program loads the plug-ins before it
 /// runs a command that has this option.
 Option* add_plugin_option(CommandLine& command, CommandContext& context);
-/// --compress TEXT, which may be repeated (plait/compression.h).
-Option* add_compress_option(CommandLine& command, std::vector<std::string>& texts);
-/// The pipelines that the texts of --compress name. Errors: as Compression::add().
-PipelinesOf pipelines_of(const std::vector<std::string>& texts);
 /// The text about --compress for --help.
 std::string compression_help();
+/// The text about --max-error for --help.
+std::string max_error_help();
 Option* add_json_option(CommandLine& command, CommandContext& context);
 /// The text for --help: a line for each backend of the registry.
 std::string backend_help(const BackendRegistry& backends);

@@ -8,7 +8,6 @@
 
 #include "arguments.h"
 #include "base/text.h"
-#include "copy_arguments.h"
 #include "job_command.h"
 #include "report_text.h"
 

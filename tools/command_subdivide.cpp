@@ -9,7 +9,6 @@
 #include "argument_text.h"
 #include "arguments.h"
 #include "base/text.h"
-#include "copy_arguments.h"
 #include "job_command.h"
 #include "report_text.h"
 

@@ -63,8 +63,13 @@ class JobWatcher {
   EndAtOnce nothing_is_made_yet_;
 };
 
-JobOptions texts_of(const std::deque<GivenOption>& given) {
+JobOptions texts_of(const std::deque<GivenOption>& given, const JobOptions& unless_given) {
   JobOptions options;
+  for (const auto& each : unless_given)
+    if (std::ranges::none_of(given, [&](const GivenOption& option) {
+          return option.option->name == each.first && !option.texts.empty();
+        }))
+      options.push_back(each);
   for (const GivenOption& each : given) {
     if (each.flag) options.emplace_back(each.option->name, "true");
     for (const std::string& text : each.texts) options.emplace_back(each.option->name, text);
@@ -106,10 +111,11 @@ int run_job_command(const JobCommand& command, const std::deque<GivenOption>& gi
   nlohmann::ordered_json report;
   try {
     JobWatcher watcher(command.job, context.json);
-    report = nlohmann::ordered_json::parse(run_job(command.job, texts_of(given), watcher.watch(),
-                                                   {.backends = &context.backends,
-                                                    .open_backends = &context.open_backends,
-                                                    .option_prefix = "--"}));
+    report = nlohmann::ordered_json::parse(
+        run_job(command.job, texts_of(given, command.unless_given), watcher.watch(),
+                {.backends = &context.backends,
+                 .open_backends = &context.open_backends,
+                 .option_prefix = "--"}));
   } catch (const JobError& error) {
     if (error.report().empty() || !command.failed) throw;
     return command.failed(nlohmann::ordered_json::parse(error.report()), context.json);
@@ -121,7 +127,9 @@ int run_job_command(const JobCommand& command, const std::deque<GivenOption>& gi
 }  // namespace
 
 void add_job_command(CommandLine& program, CommandContext& context, JobCommand command) {
-  const JobDescription& job = find_job(command.job);
+  // The callback keeps the description: options refer to it.
+  const auto shared = std::make_shared<const JobCommand>(std::move(command));
+  const JobDescription& job = shared->described ? *shared->described : find_job(shared->job);
   CommandLine* const line = program.add_subcommand(job.name, job.summary);
   const auto given = std::make_shared<std::deque<GivenOption>>();
   for (const JobOption& option : job.options) {
@@ -130,9 +138,9 @@ void add_job_command(CommandLine& program, CommandContext& context, JobCommand c
   }
   add_plugin_option(*line, context);
   add_json_option(*line, context);
-  line->footer(command.footer);
-  line->callback([given, &context, command = std::move(command)] {
-    context.run = [given, &context, command] { return run_job_command(command, *given, context); };
+  line->footer(shared->footer);
+  line->callback([given, &context, shared] {
+    context.run = [given, &context, shared] { return run_job_command(*shared, *given, context); };
   });
 }
 

@@ -4,20 +4,26 @@
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "command.h"
 #include "command_line/command_line.h"
+#include "plait/job.h"
 
 namespace plait {
 
 struct JobCommand {
-  std::string job;     ///< its name, which is that of the command
+  std::string job;     ///< its name, and that of the command
   std::string footer;  ///< of --help
   /// What the command prints of the report.
   std::function<std::string(const nlohmann::ordered_json& report)> text;
   /// For a job whose error has a report: prints it, and returns the exit status.
   std::function<int(const nlohmann::ordered_json& report, bool json)> failed = {};
+  /// The command's name and options, where they are not those of the job.
+  std::optional<JobDescription> described = {};
+  /// What the job gets for options that the command line does not give.
+  JobOptions unless_given = {};
 };
 
 /// Adds the command, with --json and --plugin. Values are checked when the command line is parsed,

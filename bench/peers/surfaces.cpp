@@ -3,7 +3,7 @@
 #include <tuple>
 #include <utility>
 
-#include "displace/displace.h"
+#include "plait/extend/pass.h"
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
 #include "plait/subdivide.h"
@@ -43,8 +43,9 @@ Store make_surface(const Settings& settings, const LaidOutMesh& mesh, const std:
   subdivide(store,
             {.executor = ExecutorKind::kFused, .levels = settings.level, .normals = normals});
   if (name.starts_with("noise"))
-    displace(store, {.kind = DisplacementKind::kNoise, .amplitude = 3e-7});
-  if (name == "fractal") displace(store, {.kind = DisplacementKind::kFractal, .amplitude = 0.005});
+    run_pass(store, {.name = "noise", .amplitude = 3e-7, .remakes_normals = normals});
+  if (name == "fractal")
+    run_pass(store, {.name = "fractal", .amplitude = 0.005, .remakes_normals = normals});
   if (name == "noise, other normals") make_other_normals(store);
   return store;
 }

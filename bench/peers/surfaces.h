@@ -19,7 +19,7 @@ namespace plait::bench {
 
 /// A store in memory with positions, and with normals unless they are not wanted. `name` is "exact"
 /// for a Loop surface, or "noise", "fractal" or "noise, other normals" for one that is displaced.
-/// Errors: as subdivide() and displace().
+/// Errors: as subdivide() and run_pass().
 Store make_surface(const Settings& settings, const LaidOutMesh& mesh, const std::string& name,
                    bool normals);
 

@@ -59,7 +59,7 @@ make() {
     *) refuse_usage "--surfaces: unknown surface $1" ;;
   esac
   [ -d "$from" ] || make exact
-  "$plait" displace "$from" "$made/$1.plait" --kind "$kind" --amplitude "$amplitude" --json >/dev/null
+  "$plait" pass "$from" "$kind" "$made/$1.plait" --amplitude "$amplitude" --json >/dev/null
 }
 
 IFS=, read -ra surface_list <<<"$surfaces"

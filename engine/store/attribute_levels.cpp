@@ -21,15 +21,6 @@ const LevelPipelines& named_pipelines(const Store& store, AttributeId attribute)
   return StoreAccess::state(store).attributes[attribute].named_pipelines();
 }
 
-AttributeId add_attribute_like(Store& store, AttributeSchema schema, AttributeId like) {
-  const LevelPipelines pipelines = named_pipelines(store, like);
-  const AttributeId added = store.add_attribute(std::move(schema));
-  store.set_pipeline(added, pipelines);
-  while (store.attributes()[added].finest_level < store.attributes()[like].finest_level)
-    store.add_level(added);
-  return added;
-}
-
 std::uint64_t bytes_of_levels(const Store& store, AttributeId attribute) {
   std::uint64_t bytes = 0;
   for (int level = store.base_level() + 1; level <= store.attributes()[attribute].finest_level;

@@ -16,10 +16,6 @@ LevelPipelines pipelines_of_levels(const Store& store, AttributeId attribute);
 /// The pipelines that levels have in the end which are added later, as Store::set_pipeline() or the
 /// store's options name them.
 const LevelPipelines& named_pipelines(const Store& store, AttributeId attribute);
-/// Adds an attribute with the levels and the pipelines of the levels that are added to `like`.
-/// Errors: those of Store::add_attribute() and Store::set_pipeline(). After an error of a level,
-/// the attribute is there without its finer levels.
-AttributeId add_attribute_like(Store& store, AttributeSchema schema, AttributeId like);
 /// Bytes of the records of all levels of the attribute, as if no block were encoded.
 std::uint64_t bytes_of_levels(const Store& store, AttributeId attribute);
 

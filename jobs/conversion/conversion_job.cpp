@@ -51,7 +51,7 @@ void choose_options(const ConversionRequest& request, const Store& source,
   options.backend = choice.name;
   result.backend_reason = std::move(choice.reason);
   const RegisteredBackend& backend =
-      find_backend_of_copy(choices, options.backend, "convert", backends);
+      find_backend_of_copy(choices, options.backend, request.verb, backends);
   const bool stays_compressed = source.info().backend.compressed && backend.traits.compressed;
   if (!stays_compressed) options.pipeline = backend.default_pipeline;
   if ((choices.compresses && backend.traits.compressed) ||
@@ -90,7 +90,13 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     result.from_backend = source.options().backend;
     Store copy = Store::create(path, source.base(), result.options, backends, source.provenance());
     tell_notices(copy, watch.warn);
-    copy_levels(source, copy, begin_step(watch, "convert"), request.max_errors);
+    const bool changes_later = static_cast<bool>(request.change);
+    copy_levels(source, copy, begin_step(watch, changes_later ? "copy" : "convert"),
+                request.max_errors, changes_later);
+    if (changes_later) {
+      request.change(copy);
+      copy.finish_encoding(begin_step(watch, "encode"));
+    }
     for (const auto& [name, bound] : request.max_errors.all())
       result.roundings[name] = *StoreAccess::rounding(copy, copy.attribute(name));
     copy.commit();
@@ -102,7 +108,7 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
                           : compare_rounded_copy(source, path, open, request.threads, backends,
                                                  request.max_errors, watch);
     if (const ProgressCallback go_on = begin_step(watch, "publish"); go_on && !go_on({{}, 0, 1}))
-      throw Error(ErrorCode::kCancelled, "convert: cancelled");
+      throw Error(ErrorCode::kCancelled, fmt::format("{}: cancelled", request.verb));
   };
   result.store = make_new_store(request.to, existing, Durability::kCommit, watch.warn, make);
   result.options.pipeline_of = {};  // it may refer to the source

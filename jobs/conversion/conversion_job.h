@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -13,6 +14,7 @@
 #include "plait/extend/rounding.h"
 #include "plait/job.h"
 #include "plait/options.h"
+#include "plait/store.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -28,9 +30,12 @@ struct ConversionRequest {
   std::uint64_t block_bytes = 0;  ///< 0: as in the source
   /// The two stores share it.
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
-  int threads = 1;       ///< of `verify`
-  bool verify = false;   ///< reads the copy back from the disk, and compares it with the source
-  bool replace = false;  ///< `to` may be a store: the copy replaces it when it is complete
+  int threads = 1;      ///< of `verify`
+  bool verify = false;  ///< reads the copy back from the disk, and compares it with the source
+  /// Called before the commit: changes the copy, whose levels are all there. Not with `verify`.
+  std::function<void(Store& copy)> change = {};
+  const char* verb = "convert";  ///< begins messages
+  bool replace = false;          ///< `to` may be a store: the copy replaces it when it is complete
 };
 
 /// What a job did.

@@ -4,28 +4,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "base/default_arithmetic.h"
+#include "passes/fractal.h"
 #include "passes/surface_passes.h"
 #include "plait/error.h"
 #include "plait/extend/provenance.h"
 #include "plait/extend/store_access.h"
+#include "plait/progress.h"
 #include "store/attribute_levels.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::string_view kPosition = "position", kSmooth = "smooth", kNoise = "noise",
-                           kNormals = "normals";
+                           kFractal = "fractal", kNormals = "normals";
 
 [[noreturn]] void refuse_pass(const Pass& pass, const std::string& reason) {
   throw Error(ErrorCode::kInvalidArgument, fmt::format("pass '{}': {}", pass.name, reason));
 }
 
 bool is_built_in(const Pass& pass) {
-  return pass.name == kSmooth || pass.name == kNoise || pass.name == kNormals;
+  return pass.name == kSmooth || pass.name == kNoise || pass.name == kFractal ||
+         pass.name == kNormals;
 }
 
 void check_share(const Pass& pass, std::string_view what, double share) {
@@ -44,6 +48,8 @@ Provenance without_scheme(Provenance provenance, const std::string& program) {
 }  // namespace
 
 void check_pass(const Pass& pass) {
+  if (pass.remakes_normals && (!is_built_in(pass) || pass.name == kNormals))
+    refuse_pass(pass, "expected smooth, noise or fractal, which remake normals of new positions");
   if (is_built_in(pass)) {
     if (pass.kernel) refuse_pass(pass, "a pass of the library has this name");
     check_share(pass, "factor", pass.factor);
@@ -57,8 +63,8 @@ void check_pass(const Pass& pass) {
   if (!is_attribute_name(pass.result.name) || component_bytes(pass.result.type) == 0 ||
       pass.result.components < 1 || pass.result.components > 255)
     refuse_pass(
-        pass, fmt::format("expected smooth, noise or normals, or a pass of the program's own with "
-                          "the attribute that it makes, found '{}' x {}",
+        pass, fmt::format("expected smooth, noise, fractal or normals, or a pass of the program's "
+                          "own with the attribute that it makes, found '{}' x {}",
                           pass.result.name, pass.result.components));
 }
 
@@ -92,6 +98,7 @@ PassResult result_of(const Pass& pass, const std::vector<AttributeSchema>& schem
                                   result.schema.name, to_string(result.schema.type),
                                   result.schema.components, to_string(schemas[same].type),
                                   schemas[same].components));
+  result.encoded_like = same;
   if (is_built_in(pass))
     result.like = position;
   else if (result.replaces)
@@ -100,6 +107,7 @@ PassResult result_of(const Pass& pass, const std::vector<AttributeSchema>& schem
     refuse_pass(pass, "the store has no attributes");
   else
     result.like = static_cast<std::size_t>(std::ranges::max_element(finest) - finest.begin());
+  if (!result.replaces) result.encoded_like = result.like;
   return result;
 }
 
@@ -117,7 +125,7 @@ VersionDescription version_after(const VersionDescription& at, const Pass& pass,
   AttributeRecord made;
   made.schema = result.schema;
   made.number = after.next_attribute_number++;
-  made.pipeline = at.attributes[result.like].pipeline;
+  made.pipeline = at.attributes[result.encoded_like].pipeline;
   for (int level = at.provenance.base_level + 1; level <= finest[result.like]; ++level)
     made.levels.push_back({made.pipeline.of(level), Representation::kValues, {{version, 0}}});
   if (!result.replaces) {
@@ -130,47 +138,121 @@ VersionDescription version_after(const VersionDescription& at, const Pass& pass,
   return after;
 }
 
-AttributeId make_result(Store& store, const Pass& pass, const VisitOptions& options) {
-  const DefaultArithmetic arithmetic;
-  check_pass(pass);
-  if (!is_built_in(pass) && !pass.kernel)
-    refuse_pass(pass, "expected the kernel of the program's own pass, found none");
+namespace {
+
+/// Adds the attribute that the pass fills, without its name. The provenance is that of the result.
+AttributeId add_result(Store& store, const PassResult& result) {
+  LevelPipelines pipelines = named_pipelines(store, static_cast<AttributeId>(result.encoded_like));
+  // What made the blocks of the attribute before does not make those of the result.
+  pipelines.for_each([](Pipeline& one) { one = one.with_recipe({}); });
+  const int finest = store.attributes()[result.like].finest_level;
+  const AttributeId added = StoreAccess::add_replacement(store, result.schema);
+  store.set_pipeline(added, pipelines);
+  StoreAccess::plan_levels(store, added, finest, true);
+  while (store.attributes()[added].finest_level < finest) store.add_level(added);
+  return added;
+}
+
+/// The visits of a pass, each with its name as the phase of the progress.
+class PassVisits {
+ public:
+  PassVisits(const Pass& pass, const VisitOptions& options, int level) : options_(options) {
+    options_.threads = thread_count(options.threads, pass.name);
+    options_.level = level;
+  }
+  /// `name` must be valid during the visit.
+  VisitOptions visit(std::string_view name) const {
+    VisitOptions visit = options_;
+    visit.name = name;
+    if (options_.progress)
+      visit.progress = [name, &progress = options_.progress](const Progress& now) {
+        return progress({name, now.done, now.total});
+      };
+    return visit;
+  }
+
+ private:
+  VisitOptions options_;
+};
+
+PassResult result_in(const Store& store, const Pass& pass) {
   std::vector<AttributeSchema> schemas;
   std::vector<int> finest;
   for (const AttributeInfo& info : store.attributes()) {
     schemas.push_back(info.schema);
     finest.push_back(info.finest_level);
   }
-  const PassResult result = result_of(pass, schemas, finest);
-  AttributeSchema schema = result.schema;
-  if (result.replaces) schema.name += "-next";
-  if (!is_attribute_name(schema.name))
-    refuse_pass(pass, fmt::format("the name '{}' is too long", result.schema.name));
-  const std::string into = schema.name;
-  AttributeId id =
-      add_attribute_like(store, std::move(schema), static_cast<AttributeId>(result.like));
-  VisitOptions how = options;
-  how.name = pass.name;
-  how.level = finest[result.like];
-  if (pass.kernel) {
-    pass.kernel(store, into, how);
-  } else if (pass.name == kSmooth) {
-    smooth_positions(store, into, pass.factor, how);
-  } else if (pass.name == kNoise) {
-    const double diagonal = pass.diagonal ? *pass.diagonal : diagonal_of_positions(store, how);
-    add_noise(store, into, pass.amplitude * diagonal, pass.seed, how);
+  return result_of(pass, schemas, finest);
+}
+
+/// What a pass measures before it changes the store.
+struct Measured {
+  PositionBox box;
+  Waves waves;
+};
+
+Measured measure(Store& store, const Pass& pass, const PassVisits& visits, PassFigures& figures) {
+  Measured measured;
+  const bool is_fractal = pass.name == kFractal;
+  if (!is_fractal && pass.name != kNoise) return measured;
+  if (is_fractal || !pass.diagonal) {
+    measured.box = box_of_positions(store, visits.visit("bounding box"));
+    figures.diagonal = measured.box.diagonal();
   } else {
-    make_normals(store, into, how);
+    figures.diagonal = *pass.diagonal;
   }
-  if (!result.replaces) return id;
-  store.replace_attribute(store.attribute(result.schema.name), id);
-  if (result.schema.name == kPosition)
+  if (!is_fractal) return measured;
+  measured.waves = measure_waves(store, measured.box, visits.visit("mean edge"));
+  figures.mean_edge = measured.waves.mean_edge;
+  figures.wavelengths = measured.waves.lengths;
+  return measured;
+}
+
+}  // namespace
+
+AttributeId make_result(Store& store, const Pass& pass, const VisitOptions& options,
+                        PassFigures& figures) {
+  const DefaultArithmetic arithmetic;
+  check_pass(pass);
+  if (!is_built_in(pass) && !pass.kernel)
+    refuse_pass(pass, "expected the kernel of the program's own pass, found none");
+  const PassResult result = result_in(store, pass);
+  std::optional<PassResult> of_normals;
+  if (pass.remakes_normals) of_normals = result_in(store, {.name = std::string(kNormals)});
+  const PassVisits visits(pass, options, store.attributes()[result.like].finest_level);
+  const Measured measured = measure(store, pass, visits, figures);
+
+  if (result.replaces && result.schema.name == kPosition)
     StoreAccess::set_provenance(store, without_scheme(store.provenance(), program_version()));
+  const AttributeId made = add_result(store, result);
+  const std::string into = store.attributes()[made].schema.name;
+  const VisitOptions how = visits.visit(pass.name);
+  if (pass.kernel)
+    pass.kernel(store, into, how);
+  else if (pass.name == kSmooth)
+    figures.largest_move = smooth_positions(store, into, pass.factor, how);
+  else if (pass.name == kNoise)
+    figures.largest_move =
+        add_noise(store, into, pass.amplitude * figures.diagonal, pass.seed, how);
+  else if (pass.name == kFractal)
+    figures.largest_move = add_fractal(store, into, pass.amplitude * figures.diagonal, pass.seed,
+                                       measured.box, measured.waves, how);
+  else
+    make_normals(store, kPosition, into, how);
+  if (of_normals) {
+    // The old normals go first: their blocks may be made from the positions that go then.
+    const AttributeId normals = add_result(store, *of_normals);
+    make_normals(store, into, store.attributes()[normals].schema.name, visits.visit(kNormals));
+    StoreAccess::name_replacement(store, normals);
+  }
+  StoreAccess::name_replacement(store, store.attribute(into));
   return store.attribute(result.schema.name);
 }
 
-void run_pass(Store& store, const Pass& pass, const VisitOptions& options) try {
-  make_result(store, pass, options);
+PassFigures run_pass(Store& store, const Pass& pass, const VisitOptions& options) try {
+  PassFigures figures;
+  make_result(store, pass, options, figures);
+  return figures;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("pass " + pass.name);
 }

@@ -18,9 +18,10 @@ void check_pass(const Pass& pass);
 /// The attribute that a pass makes of a store with these attributes.
 struct PassResult {
   AttributeSchema schema;
-  /// The attribute whose levels and pipelines it has: the one that it replaces, else "position" or,
-  /// of an own pass, the one with most levels.
+  /// The attribute whose levels it has: "position"; of an own pass, the one that it replaces, else
+  /// the one with most levels.
   std::size_t like = 0;
+  std::size_t encoded_like = 0;  ///< whose pipelines it has: the one that it replaces, else `like`
   bool replaces = false;
 };
 
@@ -36,6 +37,7 @@ VersionDescription version_after(const VersionDescription& at, const Pass& pass,
                                  std::uint64_t version, const std::string& program);
 
 /// Makes the pass. Returns the result's id. Errors: those of run_pass().
-AttributeId make_result(Store& store, const Pass& pass, const VisitOptions& options);
+AttributeId make_result(Store& store, const Pass& pass, const VisitOptions& options,
+                        PassFigures& figures);
 
 PLAIT_END_NAMESPACE

@@ -92,7 +92,8 @@ ComputedPart compute_pass_part(const PlanFile& plan, std::uint32_t part, const D
   VisitOptions visit;
   visit.threads = options.threads;
   visit.progress = options.progress;
-  const AttributeId result = make_result(store, pass, visit);
+  PassFigures figures;
+  const AttributeId result = make_result(store, pass, visit, figures);
   const double visited = clock.seconds();
   computed.content = finish_part_store(store);
   const double written = clock.seconds();

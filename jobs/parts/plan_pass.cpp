@@ -81,6 +81,11 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
 PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends) try {
   const DefaultArithmetic arithmetic;
   check_pass(request.pass);
+  if (request.pass.name == "fractal" || request.pass.remakes_normals)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("plan pass '{}': a pass in parts makes one attribute, and no fractal: "
+                            "plait pass makes it in one process",
+                            request.pass.name));
   check_new_directory(request.plan);
   PlanFile file;
   PartsPlan& plan = file.plan;
@@ -111,7 +116,7 @@ PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends)
     visit.name = "bounding box";
     visit.threads = request.threads;
     visit.progress = request.progress;
-    pass.diagonal = diagonal_of_positions(store, visit);
+    pass.diagonal = box_of_positions(store, visit).diagonal();
   }
   store.close();
 

@@ -20,7 +20,8 @@ from .errors import (AlreadyExists, BadState, Busy, Cancelled, Damaged, Error, I
                      InternalError, InvalidArgument, NoSpace, NoSuchAttribute, NoSuchLevel, NotFound,
                      NotSupported, OutOfMemory, TooLarge)
 from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, check,
-                   compare, convert, export, import_mesh, join, part, plan, remesh, subdivide, verify)
+                   compare, convert, export, import_mesh, join, part, plan, remesh, run_pass, subdivide,
+                   verify)
 from .mesh import Mesh, triangles
 from .store import Store
 from .store import open_store as open  # plait.open, as numpy has load and h5py has File
@@ -52,5 +53,5 @@ __all__ = [
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NoSuchLevel", "NotFound",
     "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
     "VerifyReport", "Vertices", "build_info", "check", "compare", "convert", "create", "export", "import_mesh", "join", "load_plugin",
-    "open", "part", "plan", "remesh", "subdivide",
+    "open", "part", "plan", "remesh", "run_pass", "subdivide",
     "triangles", "verify"]

@@ -271,6 +271,9 @@ compare = _job("compare", "compare", _comparison,
 export = _job("export", "export", dict,
               """Writes one level of a store, or a part of it, as a mesh file, as `plait export` does: a dict, that of
     --json.""")
+run_pass = _job("pass", "run_pass", dict,
+                """Smooths or moves the vertices of a store, or makes normals anew, as `plait pass` does: a dict, that
+    of --json. Without `out` the commit makes the next version of the store.""")
 plan = _job("plan", "plan", dict,
             """Cuts a subdivision, or a pass over a store in shards, into parts that many machines can make, as
     `plait plan` does: a dict, that of --json.""")

@@ -18,7 +18,6 @@
 #include <tuple>
 #include <vector>
 
-#include "displace/displace.h"
 #include "format/checksum.h"
 #include "io/file_operations.h"
 #include "jobs/pass_surfaces.h"
@@ -122,22 +121,22 @@ TEST_CASE("PassInParts_OnCompressedShards_GivesTheRecordsOfOneProcess") {
   CHECK(digest_of(on.sharded()) == expected.digest);
 }
 
-TEST_CASE("PassInParts_Noise_MovesVerticesAsDisplaceDoes") {
+TEST_CASE("PassInParts_Noise_MovesVerticesAsOneProcessDoes") {
   const TemporaryDirectory here(Medium::kMemory);
   Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   for (const ComponentType precision : {ComponentType::kFloat32, ComponentType::kFloat64}) {
     on.precision = precision;
     on.make_whole();
-    Displaced displaced;
+    const Pass noise{.name = "noise", .amplitude = 1e-3, .seed = 7};
+    PassFigures figures;
     {
       Store store = open_to_write(on.whole());
-      displaced = displace(store, {.amplitude = 1e-3, .seed = 7});
+      figures = run_pass(store, noise);
       store.commit();
     }
     on.make_shards(7);
-    const Pass noise{.name = "noise", .amplitude = 1e-3, .seed = 7};
     const fs::path plan = on.plan(noise);
-    CHECK(read_parts_plan(plan).pass->pass.diagonal == displaced.diagonal);
+    CHECK(read_parts_plan(plan).pass->pass.diagonal == figures.diagonal);
     make_parts(plan);
     REQUIRE(join(plan, on.sharded()).has_store);
     CHECK(digest_of(on.sharded()) == digest_of(on.whole()));

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "displace/displace.h"
+#include "passes/surface_passes.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/block_maker.h"
@@ -59,7 +59,19 @@ Store displaced(const Surface& surface) {
   how.levels = surface.levels;
   how.normals = true;
   subdivide(store, how);
-  displace(store, {.amplitude = 1e-3, .threads = 2});
+  VisitOptions visit;
+  visit.threads = 2;
+  const AttributeId position = store.attribute("position");
+  const AttributeId moved =
+      StoreAccess::add_replacement(store, store.attributes()[position].schema);
+  for (int level = store.base_level(); level < surface.levels; ++level) store.add_level(moved);
+  add_noise(store, store.attributes()[moved].schema.name,
+            1e-3 * box_of_positions(store, visit).diagonal(), 1, visit);
+  StoreAccess::name_replacement(store, moved);
+  Provenance provenance = store.provenance();
+  provenance.scheme.clear();
+  StoreAccess::set_provenance(store, provenance);
+  make_normals(store, "position", "normal", visit);
   return store;
 }
 

@@ -20,7 +20,7 @@ def python_name(option):
 # A row of --help. A later CLI11 writes "N [3]" for "N=3".
 OPTION = re.compile(r"  (--[a-z-]+|[A-Z]+)(?: [^ =]+)??(?:=(\S+)| \[([^A-Z]*?)\])?(?: \.\.\.)?"
                     r"(?: REQUIRED)?(?:  |$)")
-FUNCTIONS = {"import": "import_mesh"}  # where the name of the job is a word of Python
+FUNCTIONS = {"import": "import_mesh", "pass": "run_pass"}  # where the name of the job is a word of Python
 
 
 def in_c():
@@ -47,7 +47,7 @@ def in_cpp():
 
 
 def test_there_are_jobs():
-    assert {"subdivide", "plan", "part", "join", "import", "remesh", "convert", "check", "compare"} <= set(JOBS)
+    assert {"subdivide", "plan", "part", "join", "import", "remesh", "convert", "check", "compare", "pass"} <= set(JOBS)
 
 
 def test_jobs_of_cpp_are_those_of_c():

@@ -26,7 +26,7 @@ struct Workplace {
 
 const Names kCommands = {"generate", "subdivide", "info",    "verify",   "repair", "digest",
                          "bounds",   "export",    "convert", "displace", "layout", "paper",
-                         "render",   "tune",      "check",   "compare"};
+                         "render",   "tune",      "check",   "compare",  "pass"};
 
 }  // namespace
 
@@ -222,6 +222,7 @@ TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
       {"export", "s.plait", "s.ply", "--json"},
       {"convert", "s.plait", "c.plait", "--backend", "compressed", "--json"},
       {"displace", "s.plait", "d.plait", "--json"},
+      {"pass", "d.plait", "smooth", "--json"},
       {"layout", "torus.ply", "--json"},
       {"render", "s.plait", "s.png", "--size", "64x48", "--json"}};
   for (const Names& arguments : all) {

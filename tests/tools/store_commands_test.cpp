@@ -436,6 +436,65 @@ TEST_CASE("Displace_MovesTheCopyAndNotTheStore") {
   CHECK(here.plait({"displace", "s.plait", "s.plait", "--force"}).status == 2);
 }
 
+TEST_CASE("Pass_OverTheStore_IsTheNextVersionWithTheRecordsOfACopy") {
+  const StoreWorkplace here;
+  for (const Names& how : std::vector<Names>{
+           {"--backend", "pread"}, {"--compress", "default"}, {"--compress", "small"}}) {
+    CAPTURE(how);
+    Names options = {"--normals", "--force"};
+    options.insert(options.end(), how.begin(), how.end());
+    REQUIRE(here.subdivide("s.plait", options).status == 0);
+    const std::string first = here.digest("s.plait");
+    // Normals made anew are those that the scheme made.
+    REQUIRE(here.plait({"pass", "s.plait", "normals"}).status == 0);
+    CHECK(here.digest("s.plait") == first);
+    for (const char* const kind : {"smooth", "noise", "fractal"}) {
+      CAPTURE(kind);
+      const auto copy =
+          here.plait({"pass", "s.plait", kind, "copy.plait", "--force", "--json"}).json();
+      CHECK(copy["made"] == nlohmann::json{"position", "normal"});
+      CHECK(copy["largest_move"] > 0);
+      const std::string before = here.digest("s.plait");
+      const auto next = here.plait({"pass", "s.plait", kind, "--json"}).json();
+      CHECK(next["largest_move"] == copy["largest_move"]);
+      CHECK(here.digest("s.plait") != before);
+      CHECK(here.digest("s.plait") == here.digest("copy.plait"));
+      CHECK(here.plait({"info", "s.plait", "--json"}).json()["scheme"] == "");
+      CHECK(here.plait({"verify", "s.plait"}).status == 0);
+      // The normals of the pass are those of the new positions.
+      const std::string made = here.digest("s.plait");
+      REQUIRE(here.plait({"pass", "s.plait", "normals"}).status == 0);
+      CHECK(here.digest("s.plait") == made);
+    }
+    const auto info = here.plait({"info", "s.plait", "--json"}).json();
+    CHECK(info["sequence"] == 8);
+    if (how[0] == "--compress") CHECK(info["attributes"][1]["levels"][0]["stored_bytes"] == 0);
+  }
+}
+
+TEST_CASE("Pass_OptionsWithoutMeaning_AreRefusedAndTheStoreStays") {
+  const StoreWorkplace here;
+  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  const std::string before = here.digest("s.plait");
+  for (const Names& how : std::vector<Names>{{"smooth", "--force"},
+                                             {"smooth", "--block", "64KiB"},
+                                             {"smooth", "--compress", "fast"},
+                                             {"noise", "--factor", "0.5"},
+                                             {"normals", "--seed", "2"},
+                                             {"smooth", "s.plait"},
+                                             {"wavy"},
+                                             {"smooth", "--factor", "2"}}) {
+    Names arguments = {"pass", "s.plait"};
+    arguments.insert(arguments.end(), how.begin(), how.end());
+    const Outcome refused = here.plait(arguments);
+    CAPTURE(how, refused.errors);
+    CHECK(refused.status == 2);
+    if (how.size() > 2) CHECK(refused.errors.find(how[1]) != std::string::npos);
+  }
+  CHECK(here.digest("s.plait") == before);
+  CHECK(here.plait({"info", "s.plait", "--json"}).json()["sequence"] == 1);
+}
+
 TEST_CASE("Displace_Json_TellsWhatItMeasured") {
   const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);

@@ -1,10 +1,10 @@
-#include "displace/gradient_noise.h"
+#include "passes/gradient_noise.h"
 
 #include <cmath>
 
 #include "passes/vertex_noise.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The offset from a lattice point times its direction, times sqrt(2). The directions are those to
@@ -47,4 +47,4 @@ double gradient_noise(const Vector3<double>& at, std::uint64_t key) noexcept {
   return kToOne * between(w, across(0), across(1));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

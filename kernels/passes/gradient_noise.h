@@ -6,12 +6,13 @@
 
 #include <cstdint>
 
+#include "plait/detail/namespace.h"
 #include "plait/extend/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// From -1 to 1. The same bits on every machine: it uses no function that a library of mathematics
 /// may round in its own way. REQUIRES: coordinates whose whole part an int64 holds.
 double gradient_noise(const Vector3<double>& at, std::uint64_t key) noexcept;
 
-}  // namespace plait
+PLAIT_END_NAMESPACE
