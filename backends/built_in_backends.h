@@ -9,8 +9,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-// Keeps a level in one anonymous mapping. The level ends with the
-// process.
+// Keeps a level in one anonymous mapping. The level ends with the process.
 
 constexpr BackendTraits kMemoryTraits{.in_memory = true};
 
@@ -25,8 +24,7 @@ constexpr BackendTraits kPreadTraits{.durable = true, .overwrites_in_place = tru
 /// The space of a new file is allocated when the file is created. Errors: as open_fixed_file.
 std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
 
-// A level as a mapped file of raw bytes. The file is the same as with
-// pread, byte for byte.
+// A level as a mapped file of raw bytes. The file is the same as with pread, byte for byte.
 //
 // Only a level that was opened for reading is mapped. For a level that is written, the pager uses
 // frames as with pread. Writing through a mapping has three faults. With several threads, half of
@@ -38,6 +36,16 @@ constexpr BackendTraits kMmapTraits{
 
 /// Errors: as open_fixed_file; kIo if the file cannot be mapped.
 std::unique_ptr<Backend> open_mmap_backend(const LevelSpec& level);
+
+// Encodes each block with a pipeline and stores it in an
+// extent as long as the result. A level file consists of such extents, in the order in which they
+// were written. The block table has their places. The levels of a store share coders.
+
+constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
+
+/// Errors of a level: as ExtentAllocator and PipelineRegistry::open(); kCorruption for a table
+/// entry that its block cannot have; kInvalidArgument if a block is larger than LZ4_MAX_INPUT_SIZE.
+RegisteredBackend compressed_backend(const PipelineRegistry& stages);
 
 PLAIT_END_NAMESPACE
 
@@ -57,19 +65,5 @@ std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 
 /// Throws kNotSupported if plait was built without liburing, or if the kernel refuses io_uring.
 void check_uring();
-
-PLAIT_END_NAMESPACE
-
-PLAIT_BEGIN_PRIVATE_NAMESPACE
-
-// Encodes each block with a pipeline and stores it in an
-// extent as long as the result. A level file consists of such extents, in the order in which they
-// were written. The block table has their places. The levels of a store share coders.
-
-constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
-
-/// Errors of a level: as ExtentAllocator and PipelineRegistry::open(); kCorruption for a table
-/// entry that its block cannot have; kInvalidArgument if a block is larger than LZ4_MAX_INPUT_SIZE.
-RegisteredBackend compressed_backend(const PipelineRegistry& stages);
 
 PLAIT_END_NAMESPACE

@@ -33,11 +33,7 @@ std::string figures_text(const nlohmann::ordered_json& figures);
 std::string distances_text(std::string_view name, const nlohmann::ordered_json& distances,
                            double diagonal, double mean_edge);
 
-}  // namespace plait
-
 // What this build of plait contains, and what its plug-ins add.
-
-namespace plait {
 
 /// {"version", "compiler", "backends": [{"name", "summary", "available", "reason"}], "codecs",
 /// "filters", "schemes", "plugins": [{"file", "backends", "codecs", "filters"}]}. `reason` is there
@@ -47,11 +43,7 @@ nlohmann::ordered_json build_report(const Plugins& plugins);
 /// The same as lines of text.
 std::string build_text(const nlohmann::ordered_json& report);
 
-}  // namespace plait
-
 // Formats damage as text and as JSON, for verify and repair.
-
-namespace plait {
 
 nlohmann::ordered_json to_json(const std::vector<DamagedBlock>& blocks);
 
@@ -64,11 +56,7 @@ std::string to_text(std::string_view word, const std::vector<DamagedBlock>& bloc
 std::string to_text(const std::vector<std::string>& left_over,
                     const std::vector<std::string>& notes);
 
-}  // namespace plait
-
 // What plait join and plait-mpi say of a join.
-
-namespace plait {
 
 /// Parts are missing or bad (`plait join --help`).
 constexpr int kExitIncomplete = 4;

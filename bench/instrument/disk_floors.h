@@ -24,7 +24,7 @@ std::string_view to_string(FloorKind kind) noexcept;
 struct FloorRequest {
   std::filesystem::path directory;
   FloorKind kind = FloorKind::kWrite;
-  std::uint64_t bytes = 0;              ///< that the work needs; kUpdate reads and writes so many
+  std::uint64_t bytes = 0;              ///< that the work needs; kUpdate reads and writes as many
   std::uint64_t file_bytes = 0;         ///< of kRandomRead: the file to draw from; 0: `bytes`
   std::uint64_t block_bytes = 1 << 20;  ///< a multiple of 4096
   bool direct = false;                  ///< past the page cache (O_DIRECT)

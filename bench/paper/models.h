@@ -15,9 +15,9 @@
 
 namespace plait::paper {
 
-/// How a stand-in is made: a molecule of so many vertices from a seed, refined by Loop's rule so
-/// often, and reduced by edge collapse, which keeps the genus. So vertices and edges are those of
-/// the paper's mesh.
+/// How a stand-in is made: a molecule of this number of vertices from a seed, refined by Loop's
+/// rule so often, and reduced by edge collapse, which keeps the genus. So vertices and edges are
+/// those of the paper's mesh.
 struct StandIn {
   std::uint64_t molecule_vertices, seed;
   int refinements;
@@ -40,8 +40,8 @@ std::span<const Model> models();
 /// Errors: kInvalidArgument; the message lists the known names.
 const Model& model_from_name(std::string_view name);
 
-/// The stand-in of a model, or, if `vertices` is not 0, a molecule of so many vertices. Errors:
-/// kInvalidArgument for a count that generate() refuses. Pinned by
+/// The stand-in of a model, or, if `vertices` is not 0, a molecule of this number of vertices.
+/// Errors: kInvalidArgument for a count that generate() refuses. Pinned by
 /// tests/bench/paper/paper_test.cpp.
 IndexedMesh make_stand_in(const Model& model, std::uint64_t vertices);
 /// "a molecule from seed 5, ..." for reports.

@@ -64,7 +64,7 @@ struct Blocks {
   std::uint32_t attribute;
   std::vector<RawBlock> all;
 
-  /// At most so many, at the same distance.
+  /// At most this number, at the same distance.
   Blocks(const RawSurface& of, std::uint32_t number, int most) : surface(of), attribute(number) {
     const std::uint64_t count = of.finest().block_count();
     const auto wanted = std::min<std::uint64_t>(count, static_cast<std::uint64_t>(most));

@@ -156,7 +156,7 @@ std::optional<draco::EncoderBuffer> encode_mesh(const draco::Mesh& mesh, int met
   return buffer;
 }
 
-/// The largest error of quantisation to so many bits, in the encoding that keeps the order.
+/// The largest error of quantisation to this number of bits, in the encoding that keeps the order.
 double error_of(const Points& points, const draco::Mesh& same, int bits) {
   const auto buffer = encode_mesh(same, draco::MESH_SEQUENTIAL_ENCODING, bits, 10);
   if (!buffer) return INFINITY;

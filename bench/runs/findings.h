@@ -73,9 +73,9 @@ struct Findings {
   std::string verdict;  ///< one sentence
   bool failed = false;  ///< digests differ: no figure counts
   std::vector<std::string> doubts;
-  /// The first so many doubts spoil all figures: digests that differ, and limits that did not hold,
-  /// so that the page cache may have served the runs. They stand before a table, the others after
-  /// it.
+  /// This number of doubts, the first ones, spoil all figures: digests that differ, and limits that
+  /// did not hold, so that the page cache may have served the runs. They stand before a table, the
+  /// others after it.
   std::size_t spoiling = 0;
 };
 

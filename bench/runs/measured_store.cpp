@@ -116,7 +116,7 @@ std::string sweep_digest(Store& store, const Cell& cell) {
 nlohmann::ordered_json latencies_to_json(std::vector<double> seconds) {
   if (seconds.empty()) return nullptr;
   std::ranges::sort(seconds);
-  // The smallest one that so many of the requests did not exceed.
+  // The smallest one that this number of the requests did not exceed.
   const auto at = [&](double fraction) {
     const auto rank =
         static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(seconds.size())));

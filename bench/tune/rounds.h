@@ -25,7 +25,7 @@ double cost(Goal goal, const CopyFigures& figures);
 
 /// Times that differ by less than this factor are equal for all uses.
 inline constexpr double kEqualWithin = 1.03;
-/// So many rounds tell whether anything is open, and there are at most so many.
+/// This number of rounds tells whether anything is open, and there are at most as many.
 inline constexpr std::size_t kEnoughRounds = 4, kMostRounds = 16;
 
 /// A choice with what it took in each round until it left.

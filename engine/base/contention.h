@@ -40,7 +40,7 @@ inline std::unique_lock<std::mutex> lock_soon(std::mutex& mutex) noexcept {
 /// A number of the calling thread. No two threads have the same (until 2^32 have been started).
 std::uint32_t this_thread_number() noexcept;
 
-/// Threads that share something of which there are so many choose one by their number.
+/// Threads that share something of which there are this number choose one by their number.
 inline constexpr std::size_t kThreadParts = 16;
 inline std::size_t this_thread_part() noexcept { return this_thread_number() % kThreadParts; }
 

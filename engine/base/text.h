@@ -15,40 +15,18 @@
 
 PLAIT_BEGIN_NAMESPACE
 
-// amounts of bytes as text, for messages.
-
 /// "512 bytes", "1.50 KiB", "2.33 GiB". Pinned by tests/tools/arguments_test.cpp.
 std::string format_bytes(std::uint64_t bytes);
 /// The exact number with the largest unit that divides it: "1MiB", "65537". The program accepts
 /// this text as a size.
 std::string size_text(std::uint64_t bytes);
 
-PLAIT_END_NAMESPACE
-
-PLAIT_BEGIN_NAMESPACE
-
-// text of a user or of a file, as a message may quote it.
-
 /// At most the first 100 characters, with a question mark for each that is not printable ASCII: a
 /// message is one line, and a terminal may take other bytes for commands.
 std::string text_for_message(std::string_view text);
 
-PLAIT_END_NAMESPACE
-
-PLAIT_BEGIN_PRIVATE_NAMESPACE
-
-// Texts of people: which bytes are well-formed UTF-8.
-
-/// Whether `text` is well-formed UTF-8 and has no control character but tab and line feed. Source:
-/// The Unicode Standard, version 15.0 (2022), table 3-7. Pinned by tests/engine/base/utf8_test.cpp.
-bool is_utf8_text(std::string_view text) noexcept;
-
-PLAIT_END_NAMESPACE
-
-PLAIT_BEGIN_NAMESPACE
-
-// the names of the values of an enumeration, and one message for a name that is
-// none of them: "unknown executor 'x', expected auto, fused, sweep, transparent".
+// Names of the values of an enumeration, and one message for a name that is none of them: "unknown
+// executor 'x', expected auto, fused, sweep, transparent".
 
 /// The names with commas between them.
 std::string join_names(std::span<const std::string_view> names);
@@ -87,5 +65,15 @@ class NameTable {
   std::array<Value, kCount> values_{};
   std::array<std::string_view, kCount> names_{};
 };
+
+PLAIT_END_NAMESPACE
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+// Texts of people: which bytes are well-formed UTF-8.
+
+/// Whether `text` is well-formed UTF-8 and has no control character but tab and line feed. Source:
+/// The Unicode Standard, version 15.0 (2022), table 3-7. Pinned by tests/engine/base/utf8_test.cpp.
+bool is_utf8_text(std::string_view text) noexcept;
 
 PLAIT_END_NAMESPACE

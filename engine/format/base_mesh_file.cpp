@@ -25,11 +25,11 @@ constexpr char kMeshMagic[] = "plaitmsh";
 constexpr std::size_t kMeshHeaderBytes = 32;
 /// Faster than a disk; higher levels save less than 5 % more.
 constexpr int kZstdLevel = 3;
-/// A block of a zstd frame takes 4 bytes at least and gives so many at most.
+/// A block of a zstd frame takes 4 bytes at least and gives this number at most.
 constexpr std::uint64_t kLeastBlockBytes = 4, kMostContentBytes = 1u << 17;
 /// For smaller meshes, the memory of the machine is not looked up.
 constexpr std::uint64_t kFreelyTakenBytes = 64u << 20;
-/// Of more content, a frame must have one byte for so many. A grid of whole numbers has one for
+/// Of more content, a frame must have one byte for this number. A grid of whole numbers has one for
 /// 6,000.
 constexpr std::uint64_t kMostExpansion = 1u << 14;
 /// Of the number of the input's vertices; 0 if the file has no maps.

@@ -30,8 +30,8 @@ void append_input_maps(std::vector<std::byte>& file, std::uint64_t input_vertex_
 
 /// Size, checksum and counts are those of the store's version. Takes memory for these counts only
 /// if the file can have them. Errors: kCorruption for another size, checksum or header, for a frame
-/// that does not decode to so many vertices and faces, and for a mesh that BaseMesh refuses;
-/// kOutOfMemory if the machine has less memory available than the mesh needs.
+/// that does not decode to these numbers of vertices and faces, and for a mesh that BaseMesh
+/// refuses; kOutOfMemory if the machine has less memory available than the mesh needs.
 BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected,
                              std::uint64_t vertex_count, std::uint64_t face_count);
 

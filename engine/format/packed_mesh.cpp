@@ -11,7 +11,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// A corner is one of these: a vertex that no corner before it has named; corner a, b or c of the
-/// face before; or, from kBehind on, the vertex that is so many (1, 2, ...) behind the next new one
+/// face before; or, from kBehind on, the vertex that is 1, 2, ... behind the next new one
 /// in the order in which corners name vertices.
 constexpr std::uint32_t kNew = 0, kCornerBefore = 1, kBehind = 4;
 

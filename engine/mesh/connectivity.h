@@ -53,7 +53,7 @@ struct MatchedSides {
 };
 
 /// The faces of a vertex are a plain fan if they follow each other counterclockwise around it, all
-/// of them, at most so many, and no neighbour is there twice. Most vertices have one.
+/// of them, at most this number, and no neighbour is there twice. Most vertices have one.
 constexpr std::size_t kMostInPlainFan = 32;
 
 /// Finds all twins: sorts the corners by their vertices, and then compares the sides at each vertex

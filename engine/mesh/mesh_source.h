@@ -33,7 +33,7 @@ class MeshSource {
     const FaceId behind = triangle - before.first_triangle;
     return before.number + (behind < before.triangles ? 0 : behind - before.triangles + 1);
   }
-  /// How many faces the file has for so many triangles.
+  /// How many faces the file has for this number of triangles.
   std::uint64_t face_count(std::uint64_t triangles) const {
     return triangles == 0 ? 0 : face(static_cast<FaceId>(triangles - 1)) + 1;
   }

@@ -77,7 +77,7 @@ class StoredVersion {
     return static_cast<std::uint32_t>(description_.shards.size());
   }
   /// How the levels are cut; empty for levels in one piece. Takes memory for the edges, so the base
-  /// mesh must have shown that there are so many.
+  /// mesh must have shown that there are that many.
   EdgeShards shards() const;
   /// The bytes that version.S would have with these tables.
   std::vector<std::byte> version_file_with(std::span<const BlockTable* const> tables) const;

@@ -10,8 +10,8 @@ namespace {
 
 /// How far the loops look ahead, so that loads from memory overlap.
 constexpr std::size_t kAhead = 16;
-/// Faces are put in so many heaps at most, by their smallest vertices: so many that the vertices of
-/// a heap fit into a cache, and so few that the ends of all heaps do.
+/// Faces are put in at most this number of heaps, by their smallest vertices: enough that the
+/// vertices of a heap fit into a cache, and so few that the ends of all heaps do.
 constexpr int kHeapBits = 13;
 
 void counts_to_begins(std::vector<std::uint32_t>& counts) {

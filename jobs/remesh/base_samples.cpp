@@ -26,11 +26,11 @@ namespace {
 /// Parts of the work on one base mesh, in thousandths.
 constexpr WorkPart kDecimateStep = {0, 790}, kSampleStep = {790, 860}, kRelaxStep = {860, 1000};
 
-/// With refuse_turned, at most so many base meshes are made. From the middle one on they are firm
-/// (collapse/decimate.h), which suits fins.
+/// With refuse_turned, at most this number of base meshes are made. From the middle one on they are
+/// firm (collapse/decimate.h), which suits fins.
 constexpr std::uint64_t kMostBaseMeshes = 8, kFirstFirmMesh = 5;
-/// The part of a scan where small triangles are turned over counts so many times in the next base
-/// mesh. Smaller factors need more base meshes, larger ones take more faces from other parts.
+/// The part of a scan where small triangles are turned over counts this number of times in the next
+/// base mesh. Smaller factors need more base meshes, larger ones take more faces from other parts.
 constexpr float kWeightOfTurned = 8;
 /// The most places that an error names.
 constexpr std::size_t kMostPlaces = 3;

@@ -38,12 +38,8 @@ void continue_ring(int valence, Real* points) {
   put(at(kBetween, last), at(kNear, last), at(kFar, last), at(kBetween, last - 1));
 }
 
-}  // namespace plait::butterfly
-
 // Evaluates the modified Butterfly rule at all extraordinary base vertices of a mesh, once for each
 // level.
-
-namespace plait::butterfly {
 
 template <class Real>
 class ExtraordinaryRings {

@@ -47,8 +47,6 @@ constexpr Point continued(const Point& end0, const Point& end1, const Point& ins
   return end0 + end1 - inside;
 }
 
-}  // namespace plait::butterfly
-
 // The modified Butterfly rule at an extraordinary vertex, for all spokes of the vertex at once.
 //
 // D. Zorin, P. Schroeder, W. Sweldens, "Interpolating Subdivision for Meshes with Arbitrary
@@ -57,8 +55,6 @@ constexpr Point continued(const Point& end0, const Point& end1, const Point& ins
 // frequencies. So three sums over the ring (a plain one, and two with sine and cosine) give the
 // value on every spoke. The time for a vertex of valence n is proportional to n, not to n^2.
 // Pinned by tests/kernels/schemes_test.cpp.
-
-namespace plait::butterfly {
 
 /// Calls set(k, new vertex next to v on spoke k) for each of the `valence` spokes. point(k) is the
 /// old vertex on spoke k. Point is a type in double that has sums, and products with a number.

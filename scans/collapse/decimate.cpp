@@ -17,7 +17,7 @@ namespace {
 constexpr double kPointShare = 1e-3;  ///< of a vertex's area: keeps its quadric positive definite
 constexpr double kBorderShare = 1;  ///< weight of a border's plane, in squared lengths of its edge
 
-/// A part of the work: until so many times the faces asked for are left.
+/// A part of the work: until this number of times the faces asked for are left.
 struct Stage {
   double surplus;
   ShapeLimits limits;

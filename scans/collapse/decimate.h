@@ -18,8 +18,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 struct DecimateOptions {
   std::uint64_t faces = 0;  ///< stop at this number of faces, or one more
   std::size_t tile_faces = kTileFaces;
-  /// [vertex of the scan] its quadric counts so many times, so that larger numbers leave more faces
-  /// there. Empty: all count once.
+  /// [vertex of the scan] its quadric counts this number of times, so that larger numbers leave
+  /// more faces there. Empty: all count once.
   std::span<const float> weights = {};
   /// No face turns far from those that it replaces while any other edge can collapse. The base mesh
   /// is farther from thin parts, but fewer small triangles turn over on fins.

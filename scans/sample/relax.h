@@ -14,11 +14,11 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct RelaxOptions {
   int rounds = 6;
-  /// After so many rounds, samples try fewer places, and stay if the estimate around them is less
-  /// than the mean one.
+  /// After this number of rounds, samples try fewer places, and stay if the estimate around them is
+  /// less than the mean one.
   int full_rounds = 3;
-  /// A small triangle has at most so many times the mean area of its base face's small triangles,
-  /// and at least that part of it, unless it was beyond before.
+  /// A small triangle has at most this number of times the mean area of its base face's small
+  /// triangles, and at least that part of it, unless it was beyond before.
   double most_ratio = 2;
   ProgressCallback progress = {};  ///< counts rounds
 };

@@ -5,7 +5,7 @@
 //           / \                have one kept vertex each. The role of one triangle determines the
 //          c---b               roles of its neighbours, and so of its whole component. A vertex
 //         / \ / \              with other than six neighbours (on a border: other than four) is
-//        B---a---C             kept, because a new vertex has just so many.
+//        B---a---C             kept, because a new vertex has just this number.
 //
 // Source: G. Taubin, "Detecting and reconstructing subdivision connectivity", The Visual Computer
 // 18, 2002, which finds the kept triangles as a covering of the mesh; here they follow from a
