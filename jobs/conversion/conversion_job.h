@@ -9,6 +9,7 @@
 
 #include "plait/compression.h"
 #include "plait/detail/namespace.h"
+#include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/rounding.h"
 #include "plait/job.h"
@@ -28,9 +29,9 @@ struct ConversionRequest {
   std::uint64_t block_bytes = 0;  ///< 0: as in the source
   /// The two stores share it.
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
-  int threads = 1;       ///< of `verify`
-  bool verify = false;   ///< reads the copy back from the disk, and compares it with the source
-  bool replace = false;  ///< `to` may be a store: the copy replaces it when it is complete
+  int threads = 1;      ///< of `verify`
+  bool verify = false;  ///< reads the copy back from the disk, and compares it with the source
+  Existing existing = Existing::kRefuse;  ///< whether the copy may replace a store
 };
 
 /// What a job did.

@@ -18,8 +18,10 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The same options with the number of threads that they stand for. Errors: as thread_count().
-SubdivideOptions with_threads(SubdivideOptions options);
+/// The parts of PlannedSubdivision::needs(), of options whose executor and threads are chosen.
+std::uint64_t frames_of_subdivision(const Store& store, const SubdivideOptions& options,
+                                    bool makes_levels);
+std::uint64_t resident_of_subdivision(const Store& store, const SubdivideOptions& options);
 
 /// The data that all passes of one run share.
 template <class Real>

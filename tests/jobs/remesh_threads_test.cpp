@@ -1,6 +1,7 @@
 // A scan becomes a store by any number of threads, which stop in every phase if they are asked to.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "remesh/remesh.h"
 #include "remesh_files.h"
 #include "support/error_of.h"
+#include "support/parallel_loops.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -30,6 +32,21 @@ TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
   CHECK(!digests[0].empty());
   CHECK(digests[1] == digests[0]);
   CHECK(digests[2] == digests[0]);
+  for (const NamedLoop& pool : parallel_loops()) {
+    CAPTURE(pool.name);
+    int loops = 0;
+    RemeshRequest request = files.request(200);
+    request.threads = 3;
+    request.digest = true;
+    request.options.parallel_for = [&](int count, const std::function<void(int)>& body) {
+      ++loops;
+      pool.loop(count, body);
+    };
+    const RemeshReport report = files.run(request);
+    CHECK(report.digest == digests[0]);
+    // The attributes of the scan are patches; sweeps write the positions, and read for the digest.
+    CHECK(loops > static_cast<int>(report.attributes.size()) + 1);
+  }
 }
 
 TEST_CASE("Remesh_EveryCancelledPhase_LeavesNothing") {

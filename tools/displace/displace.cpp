@@ -131,13 +131,13 @@ class Displacement {
 
   /// The pass that makes the normals is the last one; the other passes check their own need.
   void check_budget() {
-    const VisitNeeds needs =
+    const Needs needs =
         visit_needs(store_, visit_options_,
                     std::tuple{rings_of<Point>("position"), overwrites<Normal>("normal")});
-    if (needs.frame_bytes > StoreAccess::pager(store_).budget_bytes())
+    if (needs.frames > StoreAccess::pager(store_).budget_bytes())
       throw Error(ErrorCode::kBudget,
                   fmt::format("displace: the budget is {} bytes, new normals need {}",
-                              StoreAccess::pager(store_).budget_bytes(), needs.frame_bytes));
+                              StoreAccess::pager(store_).budget_bytes(), needs.frames));
   }
 
   /// Lengths are added as whole numbers, so that the sum does not depend on threads: 2^32 is the
