@@ -8,6 +8,8 @@
 
 #include "base/default_arithmetic.h"
 #include "base/text.h"
+#include "normals/normal_rules.h"
+#include "plait/detail/base_vertices.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/progress.h"
@@ -40,6 +42,7 @@ template <class Rule>
 class Work {
  public:
   using Real = typename Rule::Real;
+  using Record = Vector3<Real>;
 
   Work(Store& store, const SubdivideOptions& options, int finest_level,
        const Provenance& provenance, const Rule& rule)
@@ -114,8 +117,12 @@ class Work {
     for (int written = level; written >= first; --written) mark(position, written, Access::kUpdate);
     sweeps() ? make_odd(run_, rule_, level) : make_odd_transparent(run_, rule_, level);
     if constexpr (Rule::kRingCount == 1)
-      if (rule_.moves_even())
-        sweeps() ? move_even(run_, rule_, level) : move_even_transparent(run_, rule_, level);
+      if (rule_.moves_even()) {
+        if (level > first_level())
+          sweeps() ? move_even(run_, rule_, level) : move_even_transparent(run_, rule_, level);
+        move_base_vertices(store().base().topology(), run_.rings, rule_,
+                           store().template base_records<Record>(position));
+      }
     unfinished_.finish();
     const StorePass pause(std::as_const(store()), StorePass::Kind::kPause);
     if (options().level_done) options().level_done(level);
@@ -128,8 +135,17 @@ class Work {
     const AttributeId normal =
         options().normals ? add_replacement(schema_of<Vector3<float>>("normal")) : kNoId;
     const AttributeId limit = options().limit ? add_replacement(of_position) : kNoId;
-    sweeps() ? make_surface(run_, rule_, level, normal, limit)
-             : make_surface_transparent(run_, rule_, level, normal, limit);
+    if (level >= first_level())
+      sweeps() ? make_surface(run_, rule_, level, normal, limit)
+               : make_surface_transparent(run_, rule_, level, normal, limit);
+    const Topology mesh = store().base().topology();
+    const auto base = std::as_const(store()).template base_records<Record>(run_.position);
+    if (normal != kNoId)
+      normals::base(mesh, run_.rings, base, store().template base_records<Vector3<float>>(normal));
+    if constexpr (Rule::kRingCount == 1)
+      if (limit != kNoId)
+        limit_base_vertices(mesh, run_.rings, rule_, base,
+                            store().template base_records<Record>(limit));
     // From the last one on, because naming one may move those after it.
     if (limit != kNoId) StoreAccess::name_replacement(store(), limit);
     if (normal != kNoId) StoreAccess::name_replacement(store(), normal);
