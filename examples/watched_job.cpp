@@ -2,7 +2,7 @@
 //
 //   watched_job MESH.ply STORE LEVELS [SECONDS]     cancels itself after SECONDS; run it again
 //
-// With ExistingStore::kResume every level is committed, so that the next run goes on from there.
+// With `resume` every level is committed, so that the next run goes on from there.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -16,7 +16,7 @@ int main(int count, char** arguments) try {
   if (count < 4) return std::puts("watched_job MESH.ply STORE LEVELS [SECONDS]"), 2;
   plait::SubdivisionRequest request{.mesh = arguments[1], .store = arguments[2]};
   request.levels = std::atoi(arguments[3]);
-  request.existing = plait::ExistingStore::kResume;
+  request.resume = true;
   plait::SubdivisionJob job(request, plait::default_backends());
   for (const plait::SubdivisionRefusal& refusal : job.plan().refusals)
     std::printf("refused: %s\n", refusal.reason.c_str());

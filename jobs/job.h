@@ -29,6 +29,7 @@
 #include "base/text.h"
 #include "option_text.h"
 #include "plait/attribute.h"
+#include "plait/existing.h"
 #include "plait/job.h"
 #include "plait/progress.h"
 
@@ -203,6 +204,21 @@ class JobTable {
               thread_count(static_cast<int>(parse_whole_number(text, 0, 1024)), name);
         });
     return *this;
+  }
+  template <class Access>
+  JobTable& force(
+      Access access,
+      std::string help = "Replace OUTPUT if it is a store, when the new store is complete",
+      std::string means = "replaces a store") {
+    return add({.name = "force",
+                .kind = OptionKind::kFlag,
+                .help = std::move(help),
+                .default_text = "false"},
+               [access](Arguments& arguments, const std::string& text) {
+                 std::invoke(access, arguments) =
+                     text == "true" ? Existing::kReplace : Existing::kRefuse;
+               })
+        .remedy(std::move(means));
   }
   template <class Access>
   JobTable& precision(Access access, std::string help) {

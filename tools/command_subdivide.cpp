@@ -105,7 +105,7 @@ void add_subdivide_command(CommandLine& program, CommandContext& context) {
            "budget, the available memory and the free disk space, and refuses to start if one of "
            "them "
            "is\n"
-           "too small (--ignore-size starts anyway).\n"
+           "too small (--ignore-size starts anyway, but not with too small a budget).\n"
            "`seconds` is the whole time of the job.\n"
            "\n"
            "Examples:\n"

@@ -120,7 +120,7 @@ nlohmann::ordered_json apply(const TuneArguments& arguments, const CommandContex
   request.backend = pick.choice.backend;
   request.compression = tune::compression_of(pick.choice);
   request.budget_bytes = arguments.memory_bytes;
-  request.replace = arguments.force;
+  request.existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
   ProgressBar progress("convert", ProgressUnit::kBytes);
   const Stopwatch clock;
   const ConversionResult made = convert(

@@ -106,8 +106,8 @@ std::uint64_t circular_buffer_bytes(std::uint64_t loop_span, int levels) {
   return 2 * window_bytes(loop_span, levels, sizeof(Record));
 }
 
-std::uint64_t paper_way_bytes(const Store& store, int levels) {
-  return subdivide_frame_bytes(store, transparent(levels));
+std::uint64_t paper_way_bytes(Store& store, int levels) {
+  return plan_subdivision(store, transparent(levels)).needs().frames;
 }
 
 void make_in_paper_way(Store& store, int levels) {

@@ -23,7 +23,7 @@ void walk_patch(int first, int last,
 std::uint64_t circular_buffer_bytes(std::uint64_t loop_span, int levels);
 
 /// The smallest budget with which make_in_paper_way() can run.
-std::uint64_t paper_way_bytes(const Store& store, int levels);
+std::uint64_t paper_way_bytes(Store& store, int levels);
 
 /// Refines attribute "position" (float32) of a store that has no level yet, and makes normals at
 /// the end, in one pass of the transparent executor. The result has the bits of every other

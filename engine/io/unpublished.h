@@ -14,15 +14,11 @@
 #include "io/process.h"
 #include "plait/detail/namespace.h"
 #include "plait/error.h"
+#include "plait/existing.h"
 #include "plait/extend/directory.h"
 #include "plait/extend/file.h"
 
 PLAIT_BEGIN_NAMESPACE
-
-enum class Existing : std::uint8_t {
-  kRefuse,   ///< an existing output stays, and is an error
-  kReplace,  ///< the new output replaces an existing one, when the new output is complete
-};
 
 /// Splits the path `given` into its directory, which it opens, and its name there; "a/b/" is the
 /// name b in the directory a. Errors: kNotFound naming the path if the directory does not exist;

@@ -70,8 +70,8 @@ void recode_attribute(Store& store, AttributeId attribute, const LevelPipelines&
   // them goes to the copy before it has levels, and the old levels refer to it too.
   auto& attributes = StoreAccess::state(store).attributes;
   attributes[copy].base_bytes.swap(attributes[attribute].base_bytes);
-  attributes[attribute].base_bytes = attributes[copy].base_bytes;
   try {
+    attributes[attribute].base_bytes = attributes[copy].base_bytes;
     store.set_pipeline(copy, pipelines);
     copy_attribute(store, attribute, store, copy, progress, rounder ? &*rounder : nullptr);
     if (options.verify) {

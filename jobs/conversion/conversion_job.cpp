@@ -84,7 +84,6 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
   choose_options(request, source, backends, result);
   if (watch.before_files) watch.before_files();
   tell_notices(source, watch.warn);
-  const Existing existing = request.replace ? Existing::kReplace : Existing::kRefuse;
   const auto make = [&](const std::filesystem::path& path) {
     result.from_stored_bytes = source.info().stored_bytes;
     result.from_backend = source.options().backend;
@@ -110,7 +109,8 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     if (const ProgressCallback go_on = begin_step(watch, "publish"); go_on && !go_on({{}, 0, 1}))
       throw Error(ErrorCode::kCancelled, fmt::format("{}: cancelled", request.verb));
   };
-  result.store = make_new_store(request.to, existing, Durability::kCommit, watch.warn, make);
+  result.store =
+      make_new_store(request.to, request.existing, Durability::kCommit, watch.warn, make);
   result.options.pipeline_of = {};  // it may refer to the source
   return result;
 }

@@ -10,6 +10,7 @@
 
 #include "plait/compression.h"
 #include "plait/detail/namespace.h"
+#include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/rounding.h"
 #include "plait/job.h"
@@ -35,7 +36,7 @@ struct ConversionRequest {
   /// Called before the commit: changes the copy, whose levels are all there. Not with `verify`.
   std::function<void(Store& copy)> change = {};
   const char* verb = "convert";  ///< begins messages
-  bool replace = false;          ///< `to` may be a store: the copy replaces it when it is complete
+  Existing existing = Existing::kRefuse;  ///< whether the copy may replace a store
 };
 
 /// What a job did.

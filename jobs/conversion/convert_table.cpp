@@ -50,10 +50,7 @@ Job convert_job() {
   table.threads(&ConvertArguments::threads, "Threads of --verify");
   table.flag("verify", &ConvertArguments::verify,
              "Read the copy back from the disk and compare it with INPUT");
-  table
-      .flag("force", &ConvertArguments::replace,
-            "Replace OUTPUT if it is a store, when the new store is complete")
-      .remedy("replaces a store");
+  table.force(&ConvertArguments::existing);
   return table.run(run_convert);
 }
 

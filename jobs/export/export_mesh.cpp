@@ -242,10 +242,9 @@ ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& ba
   const ExportFormat format = export_format(request.output);
   check_name(request, format.mesh);
   if (watch.before_files) watch.before_files();
-  OutputFiles files(request.output, request.replace ? Existing::kReplace : Existing::kRefuse,
-                    [&](const std::string& warning) {
-                      if (watch.warn) watch.warn(warning);
-                    });
+  OutputFiles files(request.output, request.existing, [&](const std::string& warning) {
+    if (watch.warn) watch.warn(warning);
+  });
   OpenOptions open;
   open.budget_bytes = request.budget_bytes;
   Store store = Store::open(request.store, open, backends);

@@ -11,6 +11,7 @@
 #include "export/patch_selection.h"
 #include "plait/bounds.h"
 #include "plait/detail/namespace.h"
+#include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/job.h"
 #include "plait/options.h"
@@ -37,7 +38,7 @@ struct ExportRequest {
   std::string colors = {};
   std::string up = "y";  ///< glTF: the axis of the store that points upwards, "y" or "z"
   bool narrow = false;   ///< glTF: attributes of float64 are written as float32
-  bool replace = false;  ///< the files replace existing ones when they are complete
+  Existing existing = Existing::kRefuse;
   std::uint64_t budget_bytes = OpenOptions().budget_bytes;
 };
 

@@ -84,8 +84,7 @@ Job export_job() {
       .shown_as("y|z")
       .by_default("y");
   table.flag("narrow", &ExportArguments::narrow, "glTF: write attributes of float64 as float32");
-  table.flag("force", &ExportArguments::replace, "Replace files that exist")
-      .remedy("replaces files");
+  table.force(&ExportArguments::existing, "Replace files that exist", "replaces files");
   table.count("pieces", &ExportArguments::pieces, 1, 64,
               "PVTP: the number of .vtp files; default: one for 4 million triangles");
   table.bytes("memory", &ExportArguments::budget_bytes, "Budget for blocks in memory");

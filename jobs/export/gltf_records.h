@@ -10,6 +10,7 @@
 
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
+#include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

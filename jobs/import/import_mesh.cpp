@@ -4,15 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstring>
-#include <exception>
-#include <mutex>
 #include <utility>
 
-#include "base/caught.h"
 #include "base/stopwatch.h"
-#include "base/threads.h"
 #include "import/fine_mesh.h"
 #include "job_rules.h"
 #include "mesh/narrowing.h"
@@ -25,6 +20,7 @@
 #include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "store/new_output.h"
+#include "write_patches.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -32,12 +28,8 @@ namespace {
 class Import {
  public:
   Import(const ImportRequest& request, const BackendRegistry& backends, const JobWatch& watch)
-      : request_(request),
-        backends_(backends),
-        watch_(watch),
-        source_(request.mesh.native()),
-        existing_(request.replace ? Existing::kReplace : Existing::kRefuse) {
-    UnpublishedStore::check(request.store, existing_);
+      : request_(request), backends_(backends), watch_(watch), source_(request.mesh.native()) {
+    UnpublishedStore::check(request.store, request.existing);
   }
 
   ImportResult run() {
@@ -46,7 +38,7 @@ class Import {
     recover();
     result_.recover_seconds = clock_.lap();
     if (watch_.before_files) watch_.before_files();
-    make_new_store(request_.store, existing_, request_.durability, watch_.warn,
+    make_new_store(request_.store, request_.existing, request_.durability, watch_.warn,
                    [&](const std::filesystem::path& path) { make_store(path); });
     result_.write_seconds = clock_.lap();
     return std::move(result_);
@@ -77,7 +69,6 @@ class Import {
   const BackendRegistry& backends_;
   const JobWatch& watch_;
   const std::string source_;
-  const Existing existing_;
   std::string_view step_;
   Stopwatch clock_;
   FineMesh mesh_;
@@ -183,6 +174,7 @@ StoreOptions Import::options_of_store() {
   options.block_bytes = request_.block_bytes;
   options.budget_bytes = request_.budget_bytes;
   options.durability = request_.durability;
+  options.parallel_for = request_.parallel_for;
   if (!request_.pipeline_of) return options;
   for (const AttributeSchema& schema : result_.attributes)
     backend.check_pipelines(request_.pipeline_of(schema), schema);
@@ -239,49 +231,25 @@ void Import::write_patches(Store& store, std::span<const FaceSide> corners) {
   // Many patches at once, but not many vertices.
   const auto faces_at_once = static_cast<FaceId>(std::clamp<std::uint64_t>(16384 / count, 1, 32));
   const auto faces = static_cast<FaceId>(corners.size());
-  PatchWriter writer(store);
-  std::atomic<FaceId> next = 0;
-  std::mutex mutex;
-  std::exception_ptr failure;
-  const auto work = [&](auto report) noexcept {
-    try {
-      std::vector<VertexId> vertices(faces_at_once * count);
-      std::vector<std::byte> records;
-      for (FaceId first = next.fetch_add(faces_at_once); first < faces;
-           first = next.fetch_add(faces_at_once)) {
-        const std::span<const FaceSide> some =
-            corners.subspan(first, std::min(faces_at_once, faces - first));
-        walk_patches(mesh, some, refinements, vertices.data());
-        for (FaceId at = 0; at < some.size(); ++at) {
-          const std::span<VertexId> of_patch = std::span(vertices).subspan(at * count, count);
-          for (VertexId& vertex : of_patch) vertex = mesh.file_vertex(vertex);
-          for (const MeshAttribute& attribute : mesh_.attributes) {
-            gather_records(attribute, of_patch, records);
-            writer.write_patch_of_bytes(attribute.schema.name, first + at, result_.levels, records);
-          }
-        }
-        report(first);
+  const auto fill = [&](PatchWriter& writer, FaceId first, FaceId after) {
+    std::vector<VertexId> vertices((after - first) * count);
+    std::vector<std::byte> records;
+    walk_patches(mesh, corners.subspan(first, after - first), refinements, vertices.data());
+    for (FaceId face = first; face < after; ++face) {
+      const std::span<VertexId> of_patch =
+          std::span(vertices).subspan((face - first) * count, count);
+      for (VertexId& vertex : of_patch) vertex = mesh.file_vertex(vertex);
+      for (const MeshAttribute& attribute : mesh_.attributes) {
+        gather_records(attribute, of_patch, records);
+        writer.write_patch_of_bytes(attribute.schema.name, face, result_.levels, records);
       }
-    } catch (...) {
-      next = faces;  // the others stop soon
-      const std::scoped_lock lock(mutex);
-      keep_first(failure);
     }
   };
-  {
-    JoinedThreads helpers;
-    try {
-      for (int i = 1; i < request_.threads; ++i)
-        helpers.start(fmt::format("thread {} of {}", i + 1, request_.threads),
-                      [&] { work([](FaceId) {}); });
-    } catch (const Error&) {
-      next = faces;  // the threads that run stop soon
-      throw;
-    }
-    work([&](FaceId first) { tell("write", first, faces); });
-  }
-  if (failure) std::rethrow_exception(failure);
-  writer.finish();
+  plait::write_patches(store, {.job = "import",
+                               .threads = request_.threads,
+                               .faces_at_once = faces_at_once,
+                               .fill = fill,
+                               .report = [&](FaceId done) { tell("write", done, faces); }});
 }
 
 }  // namespace

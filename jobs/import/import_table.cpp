@@ -16,6 +16,7 @@ struct ImportArguments : ImportRequest {
 
 JobReport run_import(ImportArguments& arguments, const JobCall& call) {
   arguments.pipeline_of = pipelines_of(compression_of(arguments.compress));
+  arguments.parallel_for = call.parallel_for;
   const ImportResult result = import_mesh(arguments, call.backends, call.watch);
   return {{"mesh", arguments.mesh.string()},
           {"store", arguments.store.string()},
@@ -86,10 +87,7 @@ Job import_job() {
           },
           "commit: wait until the store is on the disk; none: do not wait (temporary stores)")
       .by_default("commit");
-  table
-      .flag("force", &ImportArguments::replace,
-            "Replace OUTPUT if it is a store, when the new store is complete")
-      .remedy("replaces a store");
+  table.force(&ImportArguments::existing);
   table
       .flag("ignore-size", &ImportArguments::ignore_size,
             "Start even if the memory is too small for the mesh")

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "io/unpublished.h"
-#include "parts/compute_part.h"
+#include "parts/part_work.h"
 #include "store/left_overs.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -57,8 +57,8 @@ MachineRates measure_machine(const Directory& plan_directory, const PlanFile& pl
     trial.plan.parts = figures_of_parts(mesh, starts_around(first, edges, all), cost);
     const std::uint32_t part = first > 0 ? 1 : 0;
     UnpublishedDirectory directory(final_path, "partial", MadeProof::kMark, remove_made_files);
-    const ComputedPart computed =
-        compute_part(plan_directory, trial, part, directory.directory(), options, backends);
+    const ComputedPart computed = PartWork::of(plan_directory, trial)
+                                      ->compute(part, directory.directory(), options, backends);
     Trial made;
     for (const PartContent::LevelOfPart& level : computed.content.levels)
       made.bytes += static_cast<double>(level.bytes);

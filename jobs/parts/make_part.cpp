@@ -9,12 +9,10 @@
 #include "base/stopwatch.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
-#include "format/version_description.h"
 #include "io/locks.h"
-#include "parts/compute_part.h"
 #include "parts/done_file.h"
 #include "parts/part_directory.h"
-#include "parts/pass_store.h"
+#include "parts/part_work.h"
 #include "parts/plan_file.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
@@ -109,14 +107,12 @@ PartResult make_part(const std::filesystem::path& path, std::uint32_t part,
   done.part = part;
   done.directory = made.name();
   ComputedPart computed =
-      plan.plan.pass ? compute_pass_part(plan, part, plan_directory, made.made(), options, backends)
-                     : compute_part(plan_directory, plan, part, made.made(), options, backends);
+      PartWork::of(plan_directory, plan)->compute(part, made.made(), options, backends);
   PartContent& content = computed.content;
   done.digest = computed.digest;
   write_synced(made.made(), tables_file_name(plan.version(), part), content.tables);
   write_synced(made.made(), kRecordsName, content.base_records);
-  done.description = encode_description(content.description);
-  if (plan.plan.pass) done.description = seal_of(done.description);
+  done.description = std::move(computed.description);
   done.levels = std::move(content.levels);
   done.tables_checksum = checksum_of(content.tables);
   done.records_checksum = checksum_of(content.base_records);

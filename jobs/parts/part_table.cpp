@@ -19,6 +19,7 @@ struct JoinArguments : JoinOptions {
 JobReport run_part(PartArguments& arguments, const JobCall& call) {
   if (call.watch.before_files) call.watch.before_files();
   arguments.progress = call.watch.progress;
+  arguments.parallel_for = call.parallel_for;
   const std::uint32_t part = arguments.part + arguments.offset;
   const PartResult done = make_part(arguments.plan, part, arguments, call.backends);
   return {{"plan", arguments.plan.string()},
@@ -77,10 +78,7 @@ Job join_job() {
   table.flag("verify", &JoinArguments::verify, "Read every block first and compare the digests");
   table.flag("concat", &JoinArguments::concat,
              "Copy the parts into levels in one piece, as plait subdivide makes them");
-  table
-      .flag("force", &JoinArguments::replace,
-            "Replace OUTPUT if it is a store, when the new store is complete")
-      .remedy("replaces a store");
+  table.force(&JoinArguments::existing);
   table.bytes("memory", &JoinArguments::budget_bytes, "Budget for blocks in memory");
   return table.run(run_join);
 }

@@ -149,10 +149,7 @@ Job pass_job() {
   table.bytes("memory", &PassArguments::budget_bytes,
               "Budget for blocks in memory; with OUT, half of it for each store");
   table.threads(&PassArguments::threads, "Threads that compute");
-  table
-      .flag("force", &PassArguments::replace,
-            "Replace OUT if it is a store, when the new store is complete")
-      .remedy("replaces a store");
+  table.force(&PassArguments::existing);
   return table.run(run);
 }
 

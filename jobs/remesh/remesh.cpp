@@ -105,8 +105,7 @@ void ScanRun::check_request() const {
     if (const RegisteredBackend& backend = backends_.find(request_.options.backend);
         !backend.traits.compressed)
       throw needs_compression("remesh " + request_.scan.native(), backend);
-  UnpublishedStore::check(request_.store,
-                          request_.replace ? Existing::kReplace : Existing::kRefuse);
+  UnpublishedStore::check(request_.store, request_.existing);
 }
 
 void ScanRun::check_memory(std::uint64_t scan_faces) const {
@@ -153,8 +152,8 @@ void ScanRun::read_scan() {
 void ScanRun::make_store() {
   const Stopwatch clock;
   if (watch_.before_files) watch_.before_files();
-  make_new_store(request_.store, request_.replace ? Existing::kReplace : Existing::kRefuse,
-                 request_.options.durability, watch_.warn, [&](const std::filesystem::path& path) {
+  make_new_store(request_.store, request_.existing, request_.options.durability, watch_.warn,
+                 [&](const std::filesystem::path& path) {
                    write_store(path);
                    report_.write_seconds = clock.seconds();
                    measure();
@@ -169,7 +168,7 @@ void ScanRun::write_store(const std::filesystem::path& path) {
   Store store =
       Store::create(path, BaseMesh(surface.base), options, backends_, {.layout = "hilbert"});
   write_levels(surface, report_.precision, store, request_.threads, progress_.during(kWriting));
-  write_attributes(attributes_, scan_, sampled_.samples, surface, store,
+  write_attributes(attributes_, scan_, sampled_.samples, surface, store, request_.threads,
                    progress_.during(kWritingAttributes));
   for (std::size_t at = 0; at < attributes_.count(); ++at)
     report_.attributes.push_back(attributes_.schema(at));

@@ -11,6 +11,7 @@
 #include "distance/distances.h"
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
+#include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/job.h"
 #include "plait/options.h"
@@ -43,7 +44,7 @@ struct RemeshRequest {
   int threads = 1;
   bool digest = false;
   bool ignore_size = false;  ///< start even if the memory of the machine is too small
-  bool replace = false;      ///< the new store replaces one of its name
+  Existing existing = Existing::kRefuse;
 };
 
 /// The shape of the base mesh's faces (triangle_quality()), and of its vertices.

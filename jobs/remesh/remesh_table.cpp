@@ -13,6 +13,7 @@ struct RemeshArguments : RemeshRequest {
 
 JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
   request.options.pipeline_of = pipelines_of(compression_of(request.compress));
+  request.options.parallel_for = call.parallel_for;
   const RemeshReport report = remesh(request, call.backends, call.watch);
   JobReport json = {{"scan", request.scan.string()},
                     {"store", request.store.string()},
@@ -103,10 +104,7 @@ Job remesh_job() {
       "Budget for blocks in memory");
   table.threads(&RemeshArguments::threads, "Worker threads");
   table.flag("digest", &RemeshArguments::digest, "Print the digest, which covers every vertex");
-  table
-      .flag("force", &RemeshArguments::replace,
-            "Replace OUTPUT if it is a store, when the new store is complete")
-      .remedy("replaces a store");
+  table.force(&RemeshArguments::existing);
   table.flag("ignore-size", &RemeshArguments::ignore_size, "Start even if the memory is too small")
       .remedy("starts anyway");
   return table.run(run_remesh);

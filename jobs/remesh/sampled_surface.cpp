@@ -14,6 +14,7 @@
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
 #include "plait/visit_vertices.h"
+#include "write_patches.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -49,8 +50,8 @@ ProgressCallback nth_of(const ProgressCallback& progress, std::uint64_t number,
   };
 }
 
-/// The number of faces that are written between two calls of the progress callback.
-constexpr std::size_t kFacesAtOnce = 1 << 12;
+/// The number of faces that a thread writes between two calls of the progress callback.
+constexpr FaceId kFacesAtOnce = 64;
 
 }  // namespace
 
@@ -74,30 +75,34 @@ void write_levels(const SampledSurface& surface, ComponentType precision, Store&
 
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,
                       std::span<const SurfacePoint> samples, const SampledSurface& surface,
-                      Store& store, const ProgressCallback& progress) {
+                      Store& store, int threads, const ProgressCallback& progress) {
   const SampleNumbers numbers(store.base(), surface.levels);
   const std::size_t faces = store.base().face_count();
   for (std::size_t attribute = 0; attribute < attributes.count(); ++attribute) {
     const AttributeSchema& schema = attributes.schema(attribute);
     const std::size_t bytes = schema.record_bytes();
     store.add_attribute(schema, surface.levels);
-    PatchWriter writer(store, {.attributes = {schema.name}});
-    const auto write_face = [&](FaceId face) {
+    const auto fill = [&](PatchWriter& writer, FaceId first, FaceId after) {
       std::vector<std::byte> records(patch_vertex_count(numbers.size()) * bytes);
-      std::byte* to = records.data();
-      for (std::int64_t j = 0; j <= numbers.size(); ++j)
-        for (std::int64_t i = 0; i + j <= numbers.size(); ++i, to += bytes)
-          attributes.record_at(attribute, scan, samples[numbers.of(face, i, j)], to);
-      writer.write_patch_of_bytes(schema.name, face, surface.levels, records);
+      for (FaceId face = first; face < after; ++face) {
+        std::byte* to = records.data();
+        for (std::int64_t j = 0; j <= numbers.size(); ++j)
+          for (std::int64_t i = 0; i + j <= numbers.size(); ++i, to += bytes)
+            attributes.record_at(attribute, scan, samples[numbers.of(face, i, j)], to);
+        writer.write_patch_of_bytes(schema.name, face, surface.levels, records);
+      }
     };
-    for (std::size_t first = 0; first < faces; first += kFacesAtOnce) {
+    const auto report = [&](FaceId done) {
       if (progress &&
-          !progress({"attributes", attribute * faces + first, attributes.count() * faces}))
+          !progress({"attributes", attribute * faces + done, attributes.count() * faces}))
         throw Error(ErrorCode::kCancelled, "remesh: cancelled, attributes");
-      each_on_workers(first, std::min(first + kFacesAtOnce, faces),
-                      [&](std::size_t face) { write_face(static_cast<FaceId>(face)); });
-    }
-    writer.finish();
+    };
+    write_patches(store, {.job = "remesh",
+                          .writer = {.attributes = {schema.name}},
+                          .threads = threads,
+                          .faces_at_once = kFacesAtOnce,
+                          .fill = fill,
+                          .report = report});
   }
 }
 

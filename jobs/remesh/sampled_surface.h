@@ -33,7 +33,7 @@ void write_levels(const SampledSurface& surface, ComponentType precision, Store&
 /// the base mesh, those of all attributes. Errors: kCancelled; those of PatchWriter.
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,
                       std::span<const SurfacePoint> samples, const SampledSurface& surface,
-                      Store& store, const ProgressCallback& progress);
+                      Store& store, int threads, const ProgressCallback& progress);
 
 /// The small triangles of the finest level, in doubles.
 IndexedMesh small_triangles(const SampledSurface& surface);

@@ -48,8 +48,7 @@ void choose_pipelines(const SubdivisionRequest& request, const RegisteredBackend
     const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};
     backend.check_pipelines(request.pipeline_of(normal), normal);
   }
-  if (request.existing == ExistingStore::kResume &&
-      backend.needs_other_blocks(request.pipeline_of(position), position))
+  if (request.resume && backend.needs_other_blocks(request.pipeline_of(position), position))
     refuse(plan, "compress", ErrorCode::kInvalidArgument,
            fmt::format("subdivide: a run that can be resumed needs blocks that are encoded without "
                        "other blocks, found pipeline {}",
@@ -91,7 +90,10 @@ void throw_refusal(const SubdivisionPlan& plan) {
 
 SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendRegistry& backends) {
   SubdivisionPlan plan;
-  if (request.existing == ExistingStore::kResume && !request.max_errors.empty())
+  if (request.resume && request.existing == Existing::kReplace)
+    refuse(plan, {}, ErrorCode::kInvalidArgument,
+           "subdivide: expected force or resume, found both");
+  if (request.resume && !request.max_errors.empty())
     refuse(plan, "max-error", ErrorCode::kInvalidArgument,
            "subdivide: a run that can be resumed cannot round records, because finer levels are "
            "made from exact ones: round a copy of the finished store");
@@ -115,7 +117,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.store.durability = request.durability;
   plan.store.parallel_for = request.parallel_for;
   plan.precision = request.precision.value_or(ComponentType::kFloat32);
-  plan.commits_levels = request.existing == ExistingStore::kResume;
+  plan.commits_levels = request.resume;
 
   plan.subdivide.scheme = request.scheme.value_or(Scheme());
   plan.subdivide.levels = request.levels;
@@ -175,14 +177,14 @@ void check_bounds(const SubdivisionRequest& request, const BaseMesh& mesh, Subdi
 
 void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan) {
   if (!plan.keeps_store || plan.commits_levels) return;
-  const bool replaces = request.existing == ExistingStore::kReplace;
   try {
-    UnpublishedStore::check(request.store, replaces ? Existing::kReplace : Existing::kRefuse);
+    UnpublishedStore::check(request.store, request.existing);
   } catch (const Error& error) {
     std::error_code ignored;
     const bool taken =
         std::filesystem::exists(std::filesystem::symlink_status(request.store, ignored));
-    refuse(plan, taken && !replaces ? "force" : "output", error.code(), error.what());
+    refuse(plan, taken && request.existing == Existing::kRefuse ? "force" : "output", error.code(),
+           error.what());
   }
 }
 

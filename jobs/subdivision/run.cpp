@@ -16,7 +16,6 @@
 #include "store/attribute_levels.h"
 #include "subdivision/earlier_run.h"
 #include "subdivision/planning.h"
-#include "subdivision/run_size.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -70,10 +69,7 @@ void PlannedRun::create_store(BaseMesh base) {
   };
   if (!plan_.keeps_store) return create({});
   if (plan_.commits_levels) return create(request_.store);
-  output_.emplace(
-      request_.store,
-      request_.existing == ExistingStore::kReplace ? Existing::kReplace : Existing::kRefuse,
-      watch_.warn);
+  output_.emplace(request_.store, request_.existing, watch_.warn);
   build_output(*output_, [&] { create(output_->make()); });
 }
 
@@ -91,9 +87,31 @@ void PlannedRun::open_store(BaseMesh base) {
   if (!store_) create_store(std::move(base));
   tell_notices(*store_, watch_.warn);
   result_.resumed_level = store_->finest_level();
-  result_.base_mesh_bytes =
-      store_->base().memory_bytes() + subdivide_resident_bytes(*store_, plan_.subdivide);
+  result_.base_mesh_bytes = store_->base().memory_bytes();
+  if (!plan_.earlier || !plan_.earlier->finished) plan_levels();
   result_.refine_seconds += clock.seconds();
+}
+
+void PlannedRun::plan_levels() {
+  Store& store = *store_;
+  // The levels that the store has were compared with the request; finer ones may have others.
+  if (plan_.earlier && request_.pipeline_of)
+    for (AttributeId id = 0; id < store.attributes().size(); ++id)
+      store.set_pipeline(id, request_.pipeline_of(store.attributes()[id].schema));
+  SubdivideOptions options = plan_.subdivide;
+  // Normals fit only the level that they were computed for. So a store with normals gets the new
+  // levels and the new normals in one commit.
+  if (plan_.commits_levels && !store.has_attribute("normal"))
+    options.level_done = [&](int) { commit(); };
+  options.progress = [&](const Progress& now) { return tell(now); };
+  levels_ = plan_subdivision(store, options);
+  result_.base_mesh_bytes += levels_->needs().resident;
+  try {
+    levels_->check_budget();
+  } catch (const Error& error) {
+    refuse(plan_, "memory", error.code(), error.what());
+    throw_refusal(plan_);
+  }
 }
 
 void PlannedRun::encode() {
@@ -124,21 +142,9 @@ void PlannedRun::encode() {
 void PlannedRun::make_levels() {
   const Stopwatch clock;
   Store& store = *store_;
-  if (!plan_.earlier || !plan_.earlier->finished) {
-    if (!request_.ignore_size) check_budget(plan_, store);
-    throw_refusal(plan_);
-    // Normals fit only the level that they were computed for. So a store with normals gets the new
-    // levels and the new normals in one commit.
-    const bool by_levels = plan_.commits_levels && !store.has_attribute("normal");
-    if (!plan_.earlier && by_levels) commit();
-    SubdivideOptions options = plan_.subdivide;
-    if (by_levels) options.level_done = [&](int) { commit(); };
-    options.progress = [&](const Progress& now) { return tell(now); };
-    // The levels that the store has were compared with the request; finer ones may have others.
-    if (plan_.earlier && request_.pipeline_of)
-      for (AttributeId id = 0; id < store.attributes().size(); ++id)
-        store.set_pipeline(id, request_.pipeline_of(store.attributes()[id].schema));
-    subdivide(store, options);
+  if (levels_) {
+    if (plan_.commits_levels && !plan_.earlier) commit();
+    levels_->run();
     encode();
     commit();
   }

@@ -24,6 +24,7 @@ class PlannedRun {
 
   /// Returns the base mesh of the store: refined in memory, and in layout order.
   BaseMesh make_base(BaseMesh mesh);
+  /// Throws the refusal of a budget that is too small before anything is committed.
   void open_store(BaseMesh base);
   void make_levels();
   void read_back();
@@ -37,6 +38,7 @@ class PlannedRun {
   void enter(std::string_view step);
 
   void create_store(BaseMesh base);
+  void plan_levels();
   void commit();
   /// Rounds, and encodes what the passes could not encode at once.
   void encode();
@@ -47,6 +49,7 @@ class PlannedRun {
   const JobWatch& watch_;
   std::optional<UnpublishedStore> output_;  ///< of a new store, unless the job commits levels
   std::optional<Store>& store_;
+  std::optional<PlannedSubdivision> levels_;  ///< nothing if the earlier run is finished
   SubdivisionResult result_;
 };
 

@@ -121,14 +121,4 @@ void check_disk(SubdivisionPlan& plan, const BackendTraits& backend,
                 needed, longest);
 }
 
-void check_budget(SubdivisionPlan& plan, const Store& store) {
-  const std::uint64_t needed = subdivide_frame_bytes(store, plan.subdivide);
-  if (needed > store.options().budget_bytes)
-    refuse_size(plan, ErrorCode::kBudget,
-                fmt::format("the budget for level {} with layout {} and blocks of {}",
-                            plan.subdivide.levels, store.provenance().layout,
-                            size_text(store.options().block_bytes)),
-                needed, store.options().budget_bytes);
-}
-
 PLAIT_END_NAMESPACE

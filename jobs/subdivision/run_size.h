@@ -4,7 +4,6 @@
 
 #include <cstdint>
 
-#include "plait/store.h"
 #include "plait/subdivision_job.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -23,8 +22,5 @@ void check_memory(SubdivisionPlan& plan, const BackendTraits& backend);
 /// kNoSpace. Errors: kIo.
 void check_disk(SubdivisionPlan& plan, const BackendTraits& backend,
                 const std::filesystem::path& store);
-/// Checks the frames of the widest pass. Without it the sweep and the transparent executor would
-/// fail only at the finest level. Refuses with kBudget.
-void check_budget(SubdivisionPlan& plan, const Store& store);
 
 PLAIT_END_NAMESPACE

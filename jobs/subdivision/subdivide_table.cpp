@@ -12,7 +12,6 @@ namespace {
 
 struct SubdivideArguments : SubdivisionRequest {
   std::vector<std::string> compress, max_error;
-  bool force = false, resume = false;
 };
 
 JobReport mesh_json(const MeshFigures& mesh) {
@@ -103,11 +102,6 @@ JobReport report_of(const std::filesystem::path& mesh, const SubdivisionResult& 
 
 SubdivisionRequest request_of(SubdivideArguments& arguments, const Compression& compression,
                               const JobCall& call) {
-  if (arguments.force && arguments.resume)
-    throw JobError(ErrorCode::kInvalidArgument, "subdivide: expected force or resume, found both",
-                   {});
-  if (arguments.force) arguments.existing = ExistingStore::kReplace;
-  if (arguments.resume) arguments.existing = ExistingStore::kResume;
   arguments.max_errors = error_bounds_of(arguments.max_error);
   arguments.pipeline_of =
       pipelines_of(compression, !arguments.max_errors.empty(), arguments.backend, call.backends);
@@ -202,12 +196,9 @@ void add_run_options(JobTable<SubdivideArguments>& table) {
              "Also read all levels at the end and print their digest, as plait digest does");
   table
       .flag("ignore-size", &SubdivideArguments::ignore_size,
-            "Start even if memory, disk or budget are too small for the last level")
+            "Start even if memory or disk are too small for the last level")
       .remedy("starts anyway");
-  table
-      .flag("force", &SubdivideArguments::force,
-            "Replace OUTPUT if it is a store, when the new store is complete")
-      .remedy("replaces a store");
+  table.force(&SubdivideArguments::existing);
   table
       .flag("resume", &SubdivideArguments::resume,
             "Make OUTPUT under its final name and commit every level; if OUTPUT exists, continue "

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -68,22 +70,22 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   using Real = typename Rule::Real;
   const std::uint64_t vertices = store.base().vertex_count(), edges = store.base().edge_count();
   const int levels = finest(store, options).refinements;
-  const FusedPass pass =
-      fused_pass(store, options, Rule::kRingCount, store.attribute("position"),
-                 store.has_attribute("normal") ? store.attribute("normal") : kNoId);
+  const std::array<std::size_t, 2> records = {sizeof(Vector3<Real>), sizeof(Vector3<float>)};
   // A scheme of two rings has level 1 in memory. The rings and the values in double from
   // which level 1 is made are freed before the pass allocates its memory: new base records, the
   // waiting halves and their table, hubs, and scratch memory for each thread.
   constexpr bool keeps_level_1 = Rule::kRingCount == 2;
   const std::uint64_t level_1 = keeps_level_1 ? edges * sizeof(Vector3<Real>) : 0,
                       for_level_1 = keeps_level_1 ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;
-  const std::uint64_t pass_bytes = vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) +
-                                   edges * sizeof(void*) +
-                                   fused_needs(store, pass, options.threads).slot_bytes +
-                                   BaseRings<Rule>::hub_bytes(store.base().topology(), levels) +
-                                   static_cast<std::uint64_t>(options.threads) *
-                                       surface_scratch_bytes<Real>(levels, Rule::kRingCount) +
-                                   sizeof(std::uint32_t) * vertices;
+  const std::uint64_t pass_bytes =
+      vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
+      fused_needs(store, std::span(records).first(options.normals ? 2 : 1), options.levels,
+                  options.threads)
+          .resident +
+      BaseRings<Rule>::hub_bytes(store.base().topology(), levels) +
+      static_cast<std::uint64_t>(options.threads) *
+          surface_scratch_bytes<Real>(levels, Rule::kRingCount) +
+      sizeof(std::uint32_t) * vertices;
   return level_1 + std::max(for_level_1, pass_bytes);
 }
 

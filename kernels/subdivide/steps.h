@@ -18,8 +18,10 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The same options with the number of threads that they stand for. Errors: as thread_count().
-SubdivideOptions with_threads(SubdivideOptions options);
+/// The parts of PlannedSubdivision::needs(), of options whose executor and threads are chosen.
+std::uint64_t frames_of_subdivision(const Store& store, const SubdivideOptions& options,
+                                    bool makes_levels);
+std::uint64_t resident_of_subdivision(const Store& store, const SubdivideOptions& options);
 
 /// The data that all passes of one run share.
 template <class Real>
@@ -65,12 +67,12 @@ inline std::uint64_t vertices_born(const Store& store, int first, int last) {
 /// Computes the vertices that `level` creates, and the rings of the base vertices.
 template <class Rule>
 void make_odd(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level);
-/// Moves the vertices of coarser levels than `level`, including base vertices. REQUIRES:
+/// Moves the vertices of the levels between the base mesh and `level`. REQUIRES: there are some,
 /// rule.moves_even().
 template <class Real>
 void move_even(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level);
 /// Fills the attributes `normal` (float32 x 3) and `limit` (same type as the positions) on all
-/// levels up to `level`. kNoId: not wanted.
+/// levels up to `level`, but not their base records. kNoId: not wanted. REQUIRES: there are levels.
 template <class Rule>
 void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level,
                   AttributeId normal, AttributeId limit);

@@ -2,23 +2,28 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <limits>
-#include <string>
+#include <new>
+#include <string_view>
 #include <utility>
 
 #include "base/default_arithmetic.h"
+#include "base/text.h"
+#include "normals/normal_rules.h"
+#include "plait/detail/base_vertices.h"
 #include "plait/error.h"
-#include "plait/extend/base_relative_level.h"
-#include "plait/extend/edge_index.h"
 #include "plait/extend/store_access.h"
 #include "plait/progress.h"
 #include "schemes/table.h"
 #include "subdivide/steps.h"
-#include "subdivide/subdivision_start.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
+
+constexpr NameTable<ExecutorKind, 4> kExecutors("executor",
+                                                {{ExecutorKind::kAuto, "auto"},
+                                                 {ExecutorKind::kFused, "fused"},
+                                                 {ExecutorKind::kSweep, "sweep"},
+                                                 {ExecutorKind::kTransparent, "transparent"}});
 
 /// The number of vertices that the whole run computes. An even vertex counts each time that it
 /// moves.
@@ -32,27 +37,26 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
   return total;
 }
 
-/// Replacements for attributes of the store, or new ones.
-struct Replacements {
-  AttributeId normal = kNoId, limit = kNoId;
-};
-
 /// The positions, normals and limit positions of one run, and what of them is unfinished.
 template <class Rule>
 class Work {
  public:
   using Real = typename Rule::Real;
+  using Record = Vector3<Real>;
 
-  Work(Store& store, const SubdivideOptions& options, const SubdivisionStart& start,
-       const Rule& rule)
-      : start_(start), rule_(rule), run_(store, options, store.attribute("position")) {
-    run_.vertices_total = planned_vertices(store, options, start.level() + 1);
+  Work(Store& store, const SubdivideOptions& options, int finest_level,
+       const Provenance& provenance, const Rule& rule)
+      : finest_level_(finest_level),
+        provenance_(provenance),
+        rule_(rule),
+        run_(store, options, store.attribute("position")) {
+    run_.vertices_total = planned_vertices(store, options, finest_level + 1);
   }
 
   void run() {
     if (is_fused()) return make_all();
-    read_rings(run_, start_.level());
-    for (int level = start_.level() + 1; level <= options().levels; ++level) make_level(level);
+    read_rings(run_, finest_level_);
+    for (int level = finest_level_ + 1; level <= options().levels; ++level) make_level(level);
     if (options().normals || options().limit) make_surface_of_finest();
   }
 
@@ -71,7 +75,7 @@ class Work {
     unfinished_.add(StoreAccess::level_file(store(), id, level), access);
   }
   void record(bool limit) {
-    Provenance provenance = start_.provenance();
+    Provenance provenance = provenance_;
     provenance.limit = limit;
     StoreAccess::set_provenance(store(), provenance);
   }
@@ -113,8 +117,12 @@ class Work {
     for (int written = level; written >= first; --written) mark(position, written, Access::kUpdate);
     sweeps() ? make_odd(run_, rule_, level) : make_odd_transparent(run_, rule_, level);
     if constexpr (Rule::kRingCount == 1)
-      if (rule_.moves_even())
-        sweeps() ? move_even(run_, rule_, level) : move_even_transparent(run_, rule_, level);
+      if (rule_.moves_even()) {
+        if (level > first_level())
+          sweeps() ? move_even(run_, rule_, level) : move_even_transparent(run_, rule_, level);
+        move_base_vertices(store().base().topology(), run_.rings, rule_,
+                           store().template base_records<Record>(position));
+      }
     unfinished_.finish();
     const StorePass pause(std::as_const(store()), StorePass::Kind::kPause);
     if (options().level_done) options().level_done(level);
@@ -127,8 +135,17 @@ class Work {
     const AttributeId normal =
         options().normals ? add_replacement(schema_of<Vector3<float>>("normal")) : kNoId;
     const AttributeId limit = options().limit ? add_replacement(of_position) : kNoId;
-    sweeps() ? make_surface(run_, rule_, level, normal, limit)
-             : make_surface_transparent(run_, rule_, level, normal, limit);
+    if (level >= first_level())
+      sweeps() ? make_surface(run_, rule_, level, normal, limit)
+               : make_surface_transparent(run_, rule_, level, normal, limit);
+    const Topology mesh = store().base().topology();
+    const auto base = std::as_const(store()).template base_records<Record>(run_.position);
+    if (normal != kNoId)
+      normals::base(mesh, run_.rings, base, store().template base_records<Vector3<float>>(normal));
+    if constexpr (Rule::kRingCount == 1)
+      if (limit != kNoId)
+        limit_base_vertices(mesh, run_.rings, rule_, base,
+                            store().template base_records<Record>(limit));
     // From the last one on, because naming one may move those after it.
     if (limit != kNoId) StoreAccess::name_replacement(store(), limit);
     if (normal != kNoId) StoreAccess::name_replacement(store(), normal);
@@ -136,7 +153,8 @@ class Work {
     unfinished_.finish();
   }
 
-  const SubdivisionStart& start_;
+  const int finest_level_;  ///< of the positions, before the work
+  const Provenance& provenance_;
   const Rule& rule_;
   SubdivisionRun<Real> run_;
   UnfinishedLevels unfinished_;  ///< until all passes over the levels have ended
@@ -144,47 +162,32 @@ class Work {
 
 }  // namespace
 
-SubdivideOptions with_threads(SubdivideOptions options) {
-  options.threads = thread_count(options.threads, "subdivide");
-  return options;
+std::string_view to_string(ExecutorKind executor) noexcept { return kExecutors.name_of(executor); }
+
+ExecutorKind executor_from_name(std::string_view name) { return kExecutors.find(name); }
+
+void PlannedSubdivision::run() try {
+  const DefaultArithmetic arithmetic;
+  const AttributeInfo& position = store_->attributes()[position_];
+  if (position.finest_level != first_level_)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("subdivide: planned for positions of level {}, found level {}: plan "
+                            "again after a change of the store",
+                            first_level_, position.finest_level));
+  check_budget();
+  const auto work = [&](const auto& rule) {
+    Work(*store_, options_, first_level_, provenance_, rule).run();
+  };
+  position.schema.type == ComponentType::kFloat64 ? with_rule<double>(options_.scheme, work)
+                                                  : with_rule<float>(options_.scheme, work);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("subdivide " + store_->path().native());
 }
 
 void subdivide(Store& store, const SubdivideOptions& options) try {
-  const DefaultArithmetic arithmetic;
-  const AttributeSchema schema = store.attributes()[store.attribute("position")].schema;
-  const bool is_double = schema.type == ComponentType::kFloat64 && schema.components == 3;
-  if (!is_double)
-    StoreAccess::check_type(store, store.attribute("position"), ComponentType::kFloat32, 3);
-  const SubdivisionStart start(store, options);
-  SubdivideOptions chosen = start.options();
-  // The fused executor makes levels. Normals of base vertices alone are a sweep's work.
-  if (chosen.levels == store.base_level() && chosen.executor == ExecutorKind::kFused)
-    chosen.executor = ExecutorKind::kSweep;
-  const auto run = [&](const auto& rule) { Work(store, chosen, start, rule).run(); };
-  is_double ? with_rule<double>(options.scheme, run) : with_rule<float>(options.scheme, run);
+  plan_subdivision(store, options).run();
 } catch (const std::bad_alloc&) {
   throw out_of_memory("subdivide " + store.path().native());
-}
-
-std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& wanted) {
-  const SubdivideOptions options = with_threads(wanted);
-  const std::uint64_t record_bytes =
-      store.attributes()[store.attribute("position")].schema.record_bytes();
-  if (executor_for(store, options) == ExecutorKind::kFused && options.levels > store.base_level()) {
-    const auto bytes = [&]<class Rule>(const Rule&) {
-      return fused_resident_bytes<Rule>(store, options);
-    };
-    return record_bytes == sizeof(Vector3<double>) ? with_rule<double>(options.scheme, bytes)
-                                                   : with_rule<float>(options.scheme, bytes);
-  }
-  // A scheme of two rings has the rings of two levels in memory, and its extraordinary
-  // values.
-  const bool two_rings = traits_of(options.scheme).ring_count == 2;
-  const std::uint64_t side =
-      (std::uint64_t{1} << relative_to_base(options.levels, store.base_level()).refinements) + 3;
-  return (2 * record_bytes * (two_rings ? 2 : 1) + (two_rings ? 48 : 0)) *
-             store.base().edge_count() +
-         static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;
 }
 
 PLAIT_END_NAMESPACE

@@ -5,8 +5,6 @@
 
 #include "butterfly/odd_slots.h"
 #include "normals/normal_rows.h"
-#include "normals/normal_rules.h"
-#include "plait/detail/base_vertices.h"
 #include "plait/detail/gather_grid.h"
 #include "plait/error.h"
 #include "plait/extend/sweep.h"
@@ -112,27 +110,26 @@ void move_even(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level) 
   Store& store = run.store;
   const Topology mesh = store.base().topology();
   const int base_level = store.base_level();
-  const std::span<Record> base = store.base_records<Record>(run.position);
+  const std::span<const Record> base =
+      std::as_const(store).template base_records<Record>(run.position);
   const int refinements = relative_to_base(level, base_level).refinements;
-  if (refinements > 1) {
-    std::vector<EdgeGrid<Record>> grids = make_grids(run, refinements);
-    SweepPass pass;
-    pass.name = fmt::format("level {}: even vertices", level);
-    pass.accesses = even_accesses(run.position, base_level, level);
-    pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
-      EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
-      gather(mesh, SlotSource<Record>{view, 0, base_level}, std::span<const Record>(base), edge,
-             refinements, refinements, grid);
-      const bool border = mesh.edges[edge].is_border();
-      for (int born = base_level + 1; born < level; ++born) {
-        const auto slot = view.slot(1, born, edge).template of<Record>();
-        rule.even_slot(grid, relative_to_base(born, base_level).refinements, {slot.shape, border},
-                       slot.data());
-      }
-    };
-    run_pass(run, pass, vertices_born(store, base_level + 1, level - 1));
-  }
-  move_base_vertices(mesh, run.rings, rule, base);
+  std::vector<EdgeGrid<Record>> grids = make_grids(run, refinements);
+
+  SweepPass pass;
+  pass.name = fmt::format("level {}: even vertices", level);
+  pass.accesses = even_accesses(run.position, base_level, level);
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+    EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
+    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, refinements, refinements,
+           grid);
+    const bool border = mesh.edges[edge].is_border();
+    for (int born = base_level + 1; born < level; ++born) {
+      const auto slot = view.slot(1, born, edge).template of<Record>();
+      rule.even_slot(grid, relative_to_base(born, base_level).refinements, {slot.shape, border},
+                     slot.data());
+    }
+  };
+  run_pass(run, pass, vertices_born(store, base_level + 1, level - 1));
 }
 
 template <class Rule>
@@ -170,12 +167,7 @@ void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, in
         }
     }
   };
-  if (refinements > 0) run_pass(run, pass, vertices_born(store, base_level + 1, level));
-  if (normal != kNoId)
-    normals::base(mesh, run.rings, base, store.base_records<Vector3<float>>(normal));
-  if constexpr (Rule::kRingCount == 1)
-    if (limit != kNoId)
-      limit_base_vertices(mesh, run.rings, rule, base, store.base_records<Record>(limit));
+  run_pass(run, pass, vertices_born(store, base_level + 1, level));
 }
 
 template <class Real>

@@ -7,7 +7,6 @@
 
 #include "butterfly/odd_patches.h"
 #include "normals/normal_rules.h"
-#include "plait/detail/base_vertices.h"
 #include "plait/error.h"
 #include "plait/extend/patch.h"
 #include "plait/extend/rule_patches.h"
@@ -45,16 +44,11 @@ template <class Real>
 void move_even_transparent(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level) {
   using Record = Vector3<Real>;
   Store& store = run.store;
-  const int first = store.base_level() + 1;
-  if (level > first) {
-    const std::uint64_t vertices = vertices_born(store, first, level - 1);
-    StorePatches<Record> mesh(store, run.position, StoreAccess::pager(store).budget_bytes() / 2);
-    even_patches(mesh, level, rule,
-                 reporter(run, fmt::format("level {}: even vertices", level), vertices));
-    run.vertices_before += vertices;
-  }
-  move_base_vertices(store.base().topology(), run.rings, rule,
-                     store.base_records<Record>(run.position));
+  const std::uint64_t vertices = vertices_born(store, store.base_level() + 1, level - 1);
+  StorePatches<Record> mesh(store, run.position, StoreAccess::pager(store).budget_bytes() / 2);
+  even_patches(mesh, level, rule,
+               reporter(run, fmt::format("level {}: even vertices", level), vertices));
+  run.vertices_before += vertices;
 }
 
 template <class Rule>
@@ -108,13 +102,6 @@ void make_surface_transparent(SubdivisionRun<typename Rule::Real>& run, const Ru
           });
   }
   run.vertices_before += vertices;
-  const std::span<const Record> base =
-      std::as_const(store).template base_records<Record>(run.position);
-  if (normal != kNoId)
-    normals::base(topology, run.rings, base, store.base_records<Vector3<float>>(normal));
-  if constexpr (Rule::kRingCount == 1)
-    if (limit != kNoId)
-      limit_base_vertices(topology, run.rings, rule, base, store.base_records<Record>(limit));
 }
 
 template void make_odd_transparent(SubdivisionRun<float>&, const OneRing<float>&, int);

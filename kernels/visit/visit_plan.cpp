@@ -140,16 +140,15 @@ std::span<std::byte> VisitPlan::base_bytes(std::size_t number) const {
   return {const_cast<std::byte*>(read.data()), read.size()};
 }
 
-VisitNeeds VisitPlan::needs() const {
-  VisitNeeds needs;
-  needs.frame_bytes = sweep_window_bytes(*store_, pass(), threads_);
+Needs VisitPlan::needs() const {
+  Needs needs{sweep_window_bytes(*store_, pass(), threads_), 0};
   const std::uint64_t side = (std::uint64_t{1} << refinements_) + 3;  // see EdgeGrid
   const std::uint64_t grids =
       refinements_ > 0 ? static_cast<std::uint64_t>(threads_) * (side * side + 1) : 0;
   for (const VisitedAttribute& attribute : attributes_)
     if (attribute.rings)
-      needs.ring_bytes += component_bytes(attribute.type) * attribute.components *
-                          (grids + 2 * store_->base().edge_count());
+      needs.resident += component_bytes(attribute.type) * attribute.components *
+                        (grids + 2 * store_->base().edge_count());
   return needs;
 }
 

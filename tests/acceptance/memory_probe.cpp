@@ -67,12 +67,13 @@ void run(char** arguments) {
   add_base_positions(store);
   const std::uint64_t peak_before = peak_rss_bytes();
   const auto start = std::chrono::steady_clock::now();
-  subdivide(store, what);
+  PlannedSubdivision levels = plan_subdivision(store, what);
+  levels.run();
   store.commit();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   std::uint64_t level_bytes = 0;
-  std::uint64_t base_bytes = store.base().memory_bytes() + subdivide_resident_bytes(store, what);
+  std::uint64_t base_bytes = store.base().memory_bytes() + levels.needs().resident;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     base_bytes += std::as_const(store).base_bytes(id).size();
     for (int level = base_level + 1; level <= what.levels; ++level)

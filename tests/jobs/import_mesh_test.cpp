@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -18,6 +20,7 @@
 #include "plait/registry.h"
 #include "plait/subdivide.h"
 #include "support/error_of.h"
+#include "support/parallel_loops.h"
 #include "support/shuffled_mesh.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -221,6 +224,32 @@ TEST_CASE("ImportMesh_EveryCancelledPhase_LeavesNothing") {
     watch.progress = [&](const Progress& now) { return now.phase != phase; };
     const Error error = error_of([&] { import_mesh(files.request(), default_backends(), watch); });
     CHECK(error.code() == ErrorCode::kCancelled);
+    CHECK(files.left_nothing());
+  }
+}
+
+TEST_CASE("ImportMesh_OnThePoolOfTheProgram_WritesTheSamePatchesAndStops") {
+  const Files files;
+  const Store original = loop_store(random_sphere(3, 400), 3);
+  write_ply(files.mesh, triangles_of(original));
+  for (const NamedLoop& pool : parallel_loops()) {
+    CAPTURE(pool.name);
+    fs::remove_all(files.store);
+    std::atomic<int> bodies = 0;
+    ImportRequest request = files.request();
+    request.levels = 3;
+    request.parallel_for = [&](int count, const std::function<void(int)>& body) {
+      bodies += count;
+      pool.loop(count, body);
+    };
+    import_mesh(request, default_backends());
+    CHECK(bodies == request.threads);
+    CHECK(patches_of(files.open(), 3) == patches_of(original, 3));
+    fs::remove_all(files.store);
+    JobWatch watch;
+    watch.progress = [](const Progress& now) { return now.phase != "write" || now.done == 0; };
+    CHECK(error_of([&] { import_mesh(request, default_backends(), watch); }).code() ==
+          ErrorCode::kCancelled);
     CHECK(files.left_nothing());
   }
 }

@@ -398,7 +398,7 @@ TEST_CASE("PassJoin_PartsMissingWrongOrStale_NamesThemByNumber") {
   SECTION("options that a pass does not have") {
     JoinOptions concat, replace;
     concat.concat = true;
-    replace.replace = true;
+    replace.existing = Existing::kReplace;
     for (const JoinOptions& options : {concat, replace})
       CHECK(error_of([&] { join(plan, on.sharded(), options); }).code() ==
             ErrorCode::kInvalidArgument);

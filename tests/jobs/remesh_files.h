@@ -32,7 +32,7 @@ struct RemeshFiles {
     request.options.backend = "pread";
     request.options.durability = Durability::kNone;
     request.threads = 2;
-    request.replace = true;
+    request.existing = Existing::kReplace;
     return request;
   }
   RemeshReport run(const RemeshRequest& request, const JobWatch& watch = {}) const {

@@ -264,7 +264,7 @@ TEST_CASE("Remesh_Compressed_IsWhatConvertMakesOfAnUncompressedStore") {
     conversion.backend = "compressed";
     for (const char* attribute : {"position=", "normal=", "distance="})
       conversion.compression.add(attribute + std::string(preset));
-    conversion.replace = true;
+    conversion.existing = Existing::kReplace;
     convert(conversion, default_backends(), default_backends());
     const Store converted = Store::open(conversion.to, {}, default_backends());
     request.options.backend = "auto";

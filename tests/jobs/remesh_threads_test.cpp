@@ -1,13 +1,16 @@
 // A scan becomes a store by any number of threads, which stop in every phase if they are asked to.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "plait/error.h"
 #include "remesh/remesh.h"
 #include "remesh_files.h"
 #include "support/error_of.h"
+#include "support/parallel_loops.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -30,6 +33,32 @@ TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
   CHECK(!digests[0].empty());
   CHECK(digests[1] == digests[0]);
   CHECK(digests[2] == digests[0]);
+  for (const NamedLoop& pool : parallel_loops()) {
+    CAPTURE(pool.name);
+    RemeshRequest request = files.request(200);
+    request.threads = 3;
+    request.digest = true;
+    request.options.parallel_for = pool.loop;
+    CHECK(files.run(request).digest == digests[0]);
+  }
+}
+
+TEST_CASE("Remesh_OnThePoolOfTheProgram_WritesEachAttributeOfTheScanThere") {
+  const RemeshFiles files;
+  int loops = 0;
+  RemeshRequest request = files.request(200);
+  request.options.parallel_for = [&](int count, const std::function<void(int)>& body) {
+    ++loops;
+    for (int number = 0; number < count; ++number) body(number);
+  };
+  write_ply(files.scan, torus_grid(60, 40));
+  files.run(request);
+  const int of_positions = std::exchange(loops, 0);
+  write_with_attributes(files.scan, torus_grid(60, 40));
+  const RemeshReport report = files.run(request);
+  CHECK(of_positions > 0);
+  CHECK(report.attributes.size() == 4);
+  CHECK(loops == of_positions + 4);
 }
 
 TEST_CASE("Remesh_EveryCancelledPhase_LeavesNothing") {

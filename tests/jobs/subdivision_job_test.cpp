@@ -24,14 +24,17 @@ namespace fs = std::filesystem;
 
 constexpr int kJobLevels = 4;
 
-SubdivisionRequest request_for(const fs::path& store, ExistingStore existing) {
+/// How a run meets a store of its name.
+constexpr bool kNew = false, kResume = true;
+
+SubdivisionRequest request_for(const fs::path& store, bool resume) {
   SubdivisionRequest request;
   request.mesh = BaseMesh::build(random_sheet(5, 60));
   request.store = store;
   request.levels = kJobLevels;
   request.normals = true;
   request.durability = Durability::kNone;
-  request.existing = existing;
+  request.resume = resume;
   request.max_slot_bytes = 100;  // refines the base mesh twice in memory
   request.block_bytes = 4 << 10;
   request.budget_bytes = 4 << 20;
@@ -45,8 +48,8 @@ std::string digest_of(const fs::path& path) {
 }
 
 /// What one run gives that nobody interrupts.
-std::string uninterrupted_digest(const fs::path& directory, ExistingStore existing) {
-  SubdivisionRequest request = request_for(directory / "whole.plait", existing);
+std::string uninterrupted_digest(const fs::path& directory, bool resume) {
+  SubdivisionRequest request = request_for(directory / "whole.plait", resume);
   request.digest = true;
   const std::string found = SubdivisionJob(request, default_backends()).run().digest;
   fs::remove_all(directory / "whole.plait");
@@ -102,7 +105,7 @@ struct ThirdsRule {
 
 TEST_CASE("SubdivisionJob_Watched_TellsEveryStepInOrderAndHowFarItIs") {
   const TemporaryDirectory here;
-  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
+  SubdivisionRequest request = request_for(here.path() / "s.plait", kNew);
   request.digest = true;
   std::vector<std::string> steps;
   std::map<std::string, std::uint64_t> done;
@@ -139,8 +142,8 @@ TEST_CASE("SubdivisionJob_Watched_TellsEveryStepInOrderAndHowFarItIs") {
 
 TEST_CASE("SubdivisionJob_CancelledAnywhere_LeavesNothing") {
   const TemporaryDirectory here(Medium::kMemory);
-  const std::string expected = uninterrupted_digest(here.path(), ExistingStore::kRefuse);
-  const SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
+  const std::string expected = uninterrupted_digest(here.path(), kNew);
+  const SubdivisionRequest request = request_for(here.path() / "s.plait", kNew);
   int calls = 0;
   while (run_and_cancel(request, calls)) {
     CAPTURE(calls);
@@ -155,9 +158,9 @@ TEST_CASE("SubdivisionJob_CancelledAnywhereAndResumed_ArrivesAtTheSameContent") 
   for (const std::string& backend : usable_backends()) {
     if (backend == "memory") continue;
     const TemporaryDirectory here(Medium::kMemory);
-    SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+    SubdivisionRequest request = request_for(here.path() / "s.plait", kResume);
     request.backend = backend;
-    const std::string expected = uninterrupted_digest(here.path(), ExistingStore::kResume);
+    const std::string expected = uninterrupted_digest(here.path(), kResume);
     int level = 0;
     std::set<int> committed;
     for (int calls = 0; run_and_cancel(request, calls); ++calls) {
@@ -183,7 +186,7 @@ TEST_CASE("SubdivisionJob_CancelledAnywhereAndResumed_ArrivesAtTheSameContent") 
 
 TEST_CASE("SubdivisionJob_OneLevelMoreThanTheEarlierRun_MakesIt") {
   const TemporaryDirectory here(Medium::kMemory);
-  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+  SubdivisionRequest request = request_for(here.path() / "s.plait", kResume);
   request.max_slot_bytes.reset();
   request.normals = false;
   request.levels = kJobLevels - 1;
@@ -199,7 +202,7 @@ TEST_CASE("SubdivisionJob_OneLevelMoreThanTheEarlierRun_MakesIt") {
 TEST_CASE("SubdivisionJob_OfAStoreThatSubdivideMade_GoesOn") {
   const TemporaryDirectory here;
   const fs::path path = here.path() / "s.plait";
-  SubdivisionRequest request = request_for(path, ExistingStore::kResume);
+  SubdivisionRequest request = request_for(path, kResume);
   request.max_slot_bytes.reset();
   request.block_bytes.reset();
   {
@@ -218,14 +221,14 @@ TEST_CASE("SubdivisionJob_OfAStoreThatSubdivideMade_GoesOn") {
   SubdivisionRequest whole = request;
   whole.store = here.path() / "whole.plait";
   whole.scheme = Scheme::kButterfly;
-  whole.existing = ExistingStore::kRefuse;
+  whole.resume = false;
   SubdivisionJob(whole, default_backends()).run();
   CHECK(digest_of(path) == digest_of(whole.store));
 }
 
 TEST_CASE("SubdivisionJob_OfAProgramsOwnRule_IsMadeAndResumedByIt") {
   const TemporaryDirectory here;
-  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+  SubdivisionRequest request = request_for(here.path() / "s.plait", kResume);
   request.scheme = own_scheme("thirds", ThirdsRule());
   const BaseMesh mesh = std::get<BaseMesh>(request.mesh);
 
@@ -265,7 +268,7 @@ TEST_CASE("SubdivisionJob_OfAProgramsOwnRule_IsMadeAndResumedByIt") {
 TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange") {
   const TemporaryDirectory here;
   const fs::path path = here.path() / "s.plait";
-  SubdivisionRequest request = request_for(path, ExistingStore::kRefuse);
+  SubdivisionRequest request = request_for(path, kNew);
   request.pipeline_of = [](const AttributeSchema&) { return "lz4"; };
   request.backend = "pread";
   CHECK(refused_fields(request) == Fields{"backend"});
@@ -275,10 +278,12 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   CHECK(refused_fields(request).empty());
   SubdivisionJob(request, default_backends()).run();
   CHECK(refused_fields(request) == Fields{"force"});
-  request.existing = ExistingStore::kReplace;
+  request.existing = Existing::kReplace;
   CHECK(refused_fields(request).empty());
 
-  request.existing = ExistingStore::kResume;
+  request.resume = true;
+  CHECK(refused_fields(request) == Fields{""});
+  request.existing = Existing::kRefuse;
   request.limit = true;
   request.executor = ExecutorKind::kFused;
   CHECK(refused_fields(request) == Fields{"executor", "limit"});
@@ -293,15 +298,16 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   request.max_slot_bytes.reset();
   CHECK(refused_fields(request) == Fields{"compress", "block", "scheme", "precision", "levels"});
 
-  request = request_for(path, ExistingStore::kResume);
+  request = request_for(path, kResume);
   request.max_errors.add("1e-3");
   CHECK(refused_fields(request) == Fields{"max-error"});
-  request.existing = ExistingStore::kReplace;
+  request.resume = false;
+  request.existing = Existing::kReplace;
   CHECK(refused_fields(request).empty());
   request.max_errors.add("limit=1e-3");
   CHECK(refused_fields(request) == Fields{"max-error"});
 
-  request = request_for(path, ExistingStore::kResume);
+  request = request_for(path, kResume);
   request.levels = 15;
   request.max_slot_bytes.reset();
   request.block_bytes.reset();
@@ -311,7 +317,7 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   CHECK(refused_fields(request).empty());
   CHECK_FALSE(fs::exists(request.store));
   request.ignore_size = false;
-  request.existing = ExistingStore::kRefuse;
+  request.resume = false;
   request.store.clear();
   request.backend = "memory";
   const SubdivisionJob in_memory(request, default_backends());
@@ -321,7 +327,7 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
 
 TEST_CASE("SubdivisionPlan_SizeOfAResumedRun_IsThatOfTheRemainingWork") {
   const TemporaryDirectory here(Medium::kMemory);
-  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+  SubdivisionRequest request = request_for(here.path() / "s.plait", kResume);
   request.max_slot_bytes.reset();
   request.normals = false;
   request.executor = ExecutorKind::kSweep;
@@ -366,7 +372,7 @@ TEST_CASE("SubdivisionPlan_SizeOfAResumedRun_IsThatOfTheRemainingWork") {
 }
 
 TEST_CASE("SubdivisionPlan_MemoryOfABackendThatKeepsNothing_HasAllLevelsAndRoundedCopies") {
-  SubdivisionRequest request = request_for("", ExistingStore::kRefuse);
+  SubdivisionRequest request = request_for("", kNew);
   request.backend = "memory";
   request.budget_bytes = 64 << 10;
   request.max_slot_bytes.reset();
@@ -388,7 +394,7 @@ TEST_CASE("SubdivisionPlan_MemoryOfABackendThatKeepsNothing_HasAllLevelsAndRound
 
 TEST_CASE("SubdivisionPlan_LimitOfASchemeWithoutLimitPositions_IsRefusedBeforeTheMeshIsRead") {
   const TemporaryDirectory here;
-  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
+  SubdivisionRequest request = request_for(here.path() / "s.plait", kNew);
   request.mesh = here.path() / "missing.ply";
   request.limit = true;
   for (const SchemeTraits& scheme : schemes()) {
@@ -410,7 +416,7 @@ TEST_CASE("SubdivisionPlan_LimitOfASchemeWithoutLimitPositions_IsRefusedBeforeTh
 
 TEST_CASE("SubdivisionJob_OfAnotherMeshThanTheEarlierRun_IsRefusedInWords") {
   const TemporaryDirectory here;
-  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+  SubdivisionRequest request = request_for(here.path() / "s.plait", kResume);
   SubdivisionJob(request, default_backends()).run();
   request.mesh = BaseMesh::build(random_sheet(6, 60));
   SubdivisionJob job(request, default_backends());
@@ -421,7 +427,7 @@ TEST_CASE("SubdivisionJob_OfAnotherMeshThanTheEarlierRun_IsRefusedInWords") {
 }
 
 TEST_CASE("SubdivisionJob_OfABackendThatKeepsNothing_HandsTheStoreOver") {
-  SubdivisionRequest request = request_for({}, ExistingStore::kRefuse);
+  SubdivisionRequest request = request_for({}, kNew);
   request.backend = "memory";
   request.digest = true;
   SubdivisionResult result = SubdivisionJob(request, default_backends()).run();
@@ -432,7 +438,7 @@ TEST_CASE("SubdivisionJob_OfABackendThatKeepsNothing_HandsTheStoreOver") {
 
 TEST_CASE("SubdivisionPlan_WithoutABackend_AsksTheChooserForTheSizeOfTheLevels") {
   const TemporaryDirectory here;
-  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
+  SubdivisionRequest request = request_for(here.path() / "s.plait", kNew);
   std::uint64_t asked_bytes = 0;
   BackendRegistry backends = default_backends();
   backends.set_chooser([&](const BackendRegistry&, const NewStore& store) -> BackendChoice {

@@ -189,7 +189,7 @@ TEST_CASE("ExecutorKind_Auto_IsFusedInANewStoreAndTheSweepWhereLevelsMatter") {
     Store store = Store::create({}, base, {}, default_backends());
     add_base_positions(store);
     if (first_levels > 0) subdivide(store, {.levels = first_levels});
-    const ExecutorKind executor = executor_for(store, what);
+    const ExecutorKind executor = plan_subdivision(store, what).options().executor;
     subdivide(store, what);
     return std::pair(executor, digest(store).to_string());
   };
@@ -210,7 +210,7 @@ TEST_CASE("ExecutorKind_Auto_IsFusedInANewStoreAndTheSweepWhereLevelsMatter") {
     Store store =
         Store::create({}, base, {.block_bytes = 4096, .budget_bytes = budget}, default_backends());
     add_base_positions(store);
-    CHECK(executor_for(store, what) ==
+    CHECK(plan_subdivision(store, what).options().executor ==
           (budget < 1 << 20 ? ExecutorKind::kSweep : ExecutorKind::kFused));
   }
   CHECK(executor_from_name("auto") == ExecutorKind::kAuto);

@@ -19,7 +19,7 @@ std::uint64_t needed_bytes(const BaseMesh& base, const SubdivideOptions& what,
   Store store = Store::create({}, base, options, default_backends());
   add_base_positions(store,
                      variant.double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32);
-  return subdivide_frame_bytes(store, what);
+  return plan_subdivision(store, what).needs().frames;
 }
 
 bool fails_for_its_budget(const BaseMesh& base, const SubdivideOptions& what,
@@ -34,7 +34,7 @@ bool fails_for_its_budget(const BaseMesh& base, const SubdivideOptions& what,
 
 }  // namespace
 
-TEST_CASE("SubdivideFrameBytes_AsBudget_AreEnoughAndLessIsNot") {
+TEST_CASE("SubdivisionNeeds_AsBudget_AreEnoughAndLessIsNot") {
   int tight = 0;
   for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent})
     for (const Scheme scheme : {Scheme::kLoop, Scheme::kButterfly, Scheme::kMidpoint})

@@ -214,7 +214,7 @@ TEST_CASE("VisitNeeds_AsBudget_AreEnoughAndLessIsRefusedBeforeAnyChange") {
   std::uint64_t needed = 0;
   {
     Store store = store_to_visit(path, shape, 5);
-    needed = visit_needs(store, {.level = 5}, kSmoothed).frame_bytes;
+    needed = visit_needs(store, {.level = 5}, kSmoothed).frames;
     store.commit();
   }
   REQUIRE(needed > 128 << 10);
@@ -304,11 +304,11 @@ TEST_CASE("VisitNeeds_OfRings_AreTheGridsOfAllThreadsAndTwoRecordsForEachEdge") 
   for (const int threads : {1, 3}) {
     VisitOptions options;
     options.threads = threads;
-    CHECK(visit_needs(store, options, kSmoothed).ring_bytes ==
+    CHECK(visit_needs(store, options, kSmoothed).resident ==
           sizeof(VisitedPoint) *
               (static_cast<std::uint64_t>(threads) * grid_points + 2 * store.base().edge_count()));
   }
-  CHECK(visit_needs(store, {}, std::tuple{reads<VisitedPoint>("position")}).ring_bytes == 0);
+  CHECK(visit_needs(store, {}, std::tuple{reads<VisitedPoint>("position")}).resident == 0);
 }
 
 TEST_CASE("VisitVertices_WhatCannotBe_IsRefusedInWords") {

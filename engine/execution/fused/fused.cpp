@@ -13,7 +13,7 @@
 
 #include "base/caught.h"
 #include "base/default_arithmetic.h"
-#include "base/threads.h"
+#include "base/run_workers.h"
 #include "execution/fused/fused_faces.h"
 #include "execution/fused/fused_schedule.h"
 #include "execution/fused/slot_delivery.h"
@@ -54,7 +54,7 @@ class FusedRun {
           delivery_.deliver(*refiner, faces.subspan(first, count), scratch);
         }
         schedule_.done(thread);
-        if (after_run) after_run();
+        after_run();
       }
     } catch (...) {
       const std::scoped_lock lock(mutex_);
@@ -126,27 +126,13 @@ void check_pass(const Store& store, const FusedPass& pass) {
                             pass.name, pass.lattice.size, pass.lattice.halo, size));
 }
 
-/// Refines all faces by this thread and others that it starts. Only this thread calls `report`.
-void work_on_own_threads(FusedRun& run, const FusedPass& pass, int threads,
-                         const std::function<void()>& report) {
-  JoinedThreads helpers;
-  try {
-    for (int i = 1; i < threads; ++i)
-      helpers.start(fmt::format("thread {} of {} of fused '{}'", i + 1, threads, pass.name),
-                    [&run, i] { run.work(i, {}); });
-  } catch (const Error&) {
-    run.schedule().stop();
-    throw;
-  }
-  run.work(0, report);
-}
-
 }  // namespace
 
 void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try {
   const int threads = thread_count(options.threads, fmt::format("fused '{}'", pass.name));
   check_pass(store, pass);
-  const std::uint64_t needed_bytes = fused_frame_bytes(store, pass, threads);
+  const std::uint64_t needed_bytes =
+      fused_frame_bytes(store, fused_record_bytes(store, pass), pass.finest_level, threads);
   if (needed_bytes > StoreAccess::pager(store).budget_bytes())
     throw Error(
         ErrorCode::kBudget,
@@ -167,17 +153,9 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
         !options.progress({pass.name, run.schedule().faces_done(), run.face_count()}))
       throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
   };
-  if (const ParallelFor& parallel_for = store.options().parallel_for; parallel_for && threads > 1) {
-    // The calling thread may have no part in the loop. So any thread reports, one at a time.
-    std::mutex reporting;
-    call_workers(parallel_for, threads, fmt::format("fused '{}'", pass.name), [&](int worker) {
-      run.work(worker, [&] {
-        if (const std::unique_lock lock(reporting, std::try_to_lock); lock) report();
-      });
-    });
-  } else {
-    work_on_own_threads(run, pass, threads, report);
-  }
+  run_workers(store.options().parallel_for, threads, fmt::format("fused '{}'", pass.name),
+              {[&](int worker, const auto& done) { run.work(worker, done); }, report,
+               [&] { run.schedule().stop(); }});
   run.throw_error();
   written.finish();
 } catch (const std::bad_alloc&) {

@@ -39,10 +39,11 @@ class FusedFaces {
   std::vector<std::uint64_t> runs_;  ///< [run] its first position in faces_, and then the end
 };
 
-// The number of levels that a fused pass makes. The sizes of its buffers depend on this number.
-
+/// The number of levels that a fused pass makes. The sizes of its buffers depend on this number.
 inline int fused_levels(const Store& store, const FusedPass& pass) {
   return relative_to_base(pass.finest_level, store.base_level()).refinements;
 }
+/// [output] the size of its records
+std::vector<std::size_t> fused_record_bytes(const Store& store, const FusedPass& pass);
 
 PLAIT_END_NAMESPACE

@@ -56,23 +56,27 @@ std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t>
   return most;
 }
 
-std::uint64_t fused_frame_bytes(const Store& store, const FusedPass& pass, int threads) {
+std::vector<std::size_t> fused_record_bytes(const Store& store, const FusedPass& pass) {
   std::vector<std::size_t> record_bytes;
   for (const AttributeId id : pass.outputs)
     record_bytes.push_back(store.attributes()[id].schema.record_bytes());
-  return fused_frame_bytes(store, record_bytes, pass.finest_level, threads);
+  return record_bytes;
 }
 
-FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
+Needs fused_needs(const Store& store, const FusedPass& pass, int threads) {
+  return fused_needs(store, fused_record_bytes(store, pass), pass.finest_level, threads);
+}
+
+Needs fused_needs(const Store& store, std::span<const std::size_t> record_bytes, int finest_level,
+                  int threads) {
   const Topology mesh = store.base().topology();
-  const int levels = fused_levels(store, pass);
-  const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, levels);
+  const int levels = relative_to_base(finest_level, store.base_level()).refinements;
+  const std::size_t half_bytes = HalfLayout::half_bytes(record_bytes, levels);
   const std::uint64_t faces_under_way =
       FusedSchedule::run_faces(levels) * FusedSchedule::runs_ahead(threads);
   const EdgeRange here = StoreAccess::edges(store);
   const FusedFaces faces(mesh, here, FusedSchedule::run_faces(levels), threads);
 
-  FusedNeeds needs;
   std::uint64_t under_way = 0, most_under_way = 0;
   std::vector<bool> waits(here.after - here.first);  // [edge] one of its halves is made
   for (const FaceId face : faces.all())
@@ -87,11 +91,8 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   // Each of these edges has one waiting half. Threads that are ahead of others may begin more.
   const std::uint64_t most_halves =
       most_under_way + 3 * std::min<std::uint64_t>(faces_under_way, faces.all().size());
-  needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
-                     HalfLayout::table_bytes(store, pass.outputs, levels);
-
-  needs.frame_bytes = fused_frame_bytes(store, pass, threads);
-  return needs;
+  return {fused_frame_bytes(store, record_bytes, finest_level, threads),
+          HalfPool::bytes(half_bytes, most_halves) + HalfLayout::table_bytes(record_bytes, levels)};
 }
 
 PLAIT_END_NAMESPACE

@@ -141,21 +141,18 @@ HalfLayout::HalfLayout(const Store& store, std::span<const AttributeId> attribut
       most_piece_bytes_ = std::max(most_piece_bytes_, piece.bytes);
 }
 
-std::size_t HalfLayout::half_bytes(const Store& store, std::span<const AttributeId> attributes,
-                                   int finest) {
+std::size_t HalfLayout::half_bytes(std::span<const std::size_t> record_bytes, int finest) {
   std::size_t bytes = 0;
-  for (const AttributeId id : attributes)
-    bytes += output_bytes(store.attributes()[id].schema.record_bytes(), finest);
+  for (const std::size_t record : record_bytes) bytes += output_bytes(record, finest);
   return bytes;
 }
 
-std::size_t HalfLayout::table_bytes(const Store& store, std::span<const AttributeId> attributes,
-                                    int finest) {
+std::size_t HalfLayout::table_bytes(std::span<const std::size_t> record_bytes, int finest) {
   std::size_t moves = 0;
   for (int level = 1; level <= finest;
        ++level)  // both halves have a move where a row changes from one half to the other
     moves += slot_records(level) / kMoveRecords + static_cast<std::size_t>(slot_side(level));
-  return half_bytes(store, attributes, finest) + attributes.size() * 3 * moves * sizeof(HalfMove);
+  return half_bytes(record_bytes, finest) + record_bytes.size() * 3 * moves * sizeof(HalfMove);
 }
 
 PLAIT_END_NAMESPACE

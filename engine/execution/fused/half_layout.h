@@ -72,11 +72,9 @@ class HalfLayout {
   HalfLayout(const Store& store, std::span<const AttributeId> attributes, int finest,
              const PatchLattice& lattice);
 
-  static std::size_t half_bytes(const Store& store, std::span<const AttributeId> attributes,
-                                int finest);
+  static std::size_t half_bytes(std::span<const std::size_t> record_bytes, int finest);
   /// An upper limit for the bytes of a layout object's tables.
-  static std::size_t table_bytes(const Store& store, std::span<const AttributeId> attributes,
-                                 int finest);
+  static std::size_t table_bytes(std::span<const std::size_t> record_bytes, int finest);
 
   std::size_t bytes() const { return bytes_; }
   std::size_t most_piece_bytes() const { return most_piece_bytes_; }

@@ -49,14 +49,12 @@ Store create_part_store(const std::filesystem::path& directory, BaseMesh base,
 }
 
 Store open_part_store(const std::filesystem::path& path, const PartOfVersion& part,
-                      std::uint64_t budget_bytes, const BackendRegistry& backends) try {
+                      const OpenOptions& options, const BackendRegistry& backends) try {
   auto state = std::make_unique<Store::Implementation>();
   state->path = path;
   state->directory = open_store_directory(path);
   StoredVersion version(state->directory, open_for_reading(state->directory));
   part.check(version);
-  OpenOptions options;
-  options.budget_bytes = budget_bytes;
   state->open_version(version, options, backends);
   state->only_shard = part.shard;
   state->made_in = Directory(part.directory);

@@ -47,10 +47,10 @@ struct PartOfVersion {
 /// All attributes of the commit are there with all shards, and can only be read. Attributes that
 /// are added have levels with the slots of one shard, whose files are in `part.directory`; of their
 /// base records only those of owned_vertices() are then right. Such an attribute may replace
-/// another one. A sweep works on the edges of the shard. Errors: as Store::open; those of
-/// `part.check`.
+/// another one. A sweep works on the edges of the shard. `options`: of the memory and the threads.
+/// Errors: as Store::open; those of `part.check`.
 Store open_part_store(const std::filesystem::path& path, const PartOfVersion& part,
-                      std::uint64_t budget_bytes, const BackendRegistry& backends);
+                      const OpenOptions& options, const BackendRegistry& backends);
 
 /// The shard that has a base vertex: that of the lowest edge of the face with the vertex's first
 /// corner. So the shard computes that face.

@@ -16,6 +16,7 @@
 #include "plait/attribute.h"
 #include "plait/base_mesh.h"
 #include "plait/detail/namespace.h"
+#include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/pager.h"
 #include "plait/extend/rounding.h"
@@ -26,15 +27,6 @@
 #include "plait/subdivide.h"
 
 PLAIT_BEGIN_NAMESPACE
-
-/// What a job does if a store has the name already.
-enum class ExistingStore : std::uint8_t {
-  kRefuse,
-  kReplace,  ///< the new store replaces the old one when the new one is complete
-  /// The job continues from the last commit of the store. It makes the store under its final name
-  /// and commits every level, so that a later job can resume it.
-  kResume,
-};
 
 /// What a job shall do. Members that have no value get one from the store of an earlier run, or a
 /// default.
@@ -67,12 +59,12 @@ struct SubdivisionRequest {
 
   /// Attributes that are rounded when all levels are made (plait/extend/rounding.h). Until the
   /// commit, their exact and their rounded levels take disk space. Their pipelines count in steps
-  /// (pipeline_of_rounded() of plait/compression.h). Not with kResume.
+  /// (pipeline_of_rounded() of plait/compression.h). Not with `resume`.
   ErrorBounds max_errors = {};
   /// Reads the rounded levels before the exact ones go, and compares every record.
   bool verify = false;
 
-  ExecutorKind executor = ExecutorKind::kAuto;  ///< sweep with kResume, else fused
+  ExecutorKind executor = ExecutorKind::kAuto;  ///< sweep with `resume`, else fused
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   int threads = 1;
   ParallelFor parallel_for = {};  ///< as in StoreOptions
@@ -81,9 +73,12 @@ struct SubdivisionRequest {
   /// With kNone, the job never waits for the disk. If the job is cancelled or killed, the last
   /// commit stays; but a crash of the system may destroy the store.
   Durability durability = Durability::kCommit;
-  bool digest = false;       ///< at the end, read all levels and compute the digest
-  bool ignore_size = false;  ///< start even if memory, disk or budget are too small
-  ExistingStore existing = ExistingStore::kRefuse;
+  bool digest = false;                    ///< at the end, read all levels and compute the digest
+  bool ignore_size = false;               ///< start even if memory or disk are too small
+  Existing existing = Existing::kRefuse;  ///< not kReplace with `resume`
+  /// Continues from the last commit of a store of this name. The job makes the store under its
+  /// final name and commits every level, so that a later job can resume it.
+  bool resume = false;
 };
 
 /// Counts of the mesh of a job.
@@ -112,7 +107,7 @@ struct EarlierRun {
 /// A reason why a job cannot run as it was requested.
 struct SubdivisionRefusal {
   /// The option that must change, or that helps (plait/job.h): "backend"; "ignore-size" where
-  /// memory, disk or budget are too small, "force" where the name is taken.
+  /// memory or disk are too small, "memory" where the budget is, "force" where the name is taken.
   std::string option;
   ErrorCode code;
   std::string reason;  ///< one line
@@ -157,7 +152,8 @@ struct SubdivisionResult {
   double refine_seconds = 0;  ///< base mesh and all levels
   double commit_seconds = 0, digest_seconds = 0;
   std::uint64_t stored_bytes = 0;
-  /// Memory in addition to the budget: the base mesh, its records, and subdivide_resident_bytes().
+  /// Memory in addition to the budget: the base mesh, its records, and what
+  /// PlannedSubdivision::needs() says.
   std::uint64_t base_mesh_bytes = 0;
   PagingStatistics paging;  ///< until the end of the last commit
   std::string digest;       ///< empty if the request does not ask for it
@@ -186,9 +182,9 @@ class SubdivisionJob {
 
   /// Runs the plan, once. Steps: "base mesh" (refine it in memory), "layout", "levels" (counts
   /// vertices; also normals and limit positions), "encode" (counts bytes; attributes that are
-  /// rounded or encoded from other blocks), "commit" (with kResume also after every level),
+  /// rounded or encoded from other blocks), "commit" (with `resume` also after every level),
   /// "digest", "publish". A step's progress starts with 0. After an error only the commits of an
-  /// earlier run and of kResume stay on the disk. It also removes left-overs of killed runs with
+  /// earlier run and of `resume` stay on the disk. It also removes left-overs of killed runs with
   /// the same output. Errors: the first one of plan().refusals, as a JobError; kBudget before it
   /// computes anything; kCancelled; kIo, kNoSpace; those of UnpublishedStore::publish; kBadState if
   /// the job was run before. Pinned by tests/jobs/subdivision_job_test.cpp.

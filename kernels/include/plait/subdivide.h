@@ -9,13 +9,15 @@
 #include "plait/base_mesh.h"
 #include "plait/detail/namespace.h"
 #include "plait/detail/scheme.h"
+#include "plait/extend/provenance.h"
+#include "plait/needs.h"
 #include "plait/progress.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_NAMESPACE
 
 enum class ExecutorKind : std::uint8_t {
-  kAuto,         ///< kFused where it can run, otherwise kSweep: executor_for()
+  kAuto,         ///< kFused where it can run and fits the budget, otherwise kSweep
   kFused,        ///< patch by patch through all levels, from the base mesh
   kSweep,        ///< level by level, edge by edge
   kTransparent,  ///< level by level, face by face, as a user's own loops would
@@ -41,12 +43,49 @@ struct SubdivideOptions {
   std::function<void(int level)> level_done = {};
 };
 
-/// The executor that subdivide() takes: `wanted.executor`, or what kAuto stands for. That is
-/// kFused if the attributes that are made have no level yet, the levels are at most
-/// kMostFusedLevels, its frames fit the budget, no pipeline encodes positions from coarser ones,
-/// and nobody wants to hear of each level (`level_done`); otherwise kSweep. Both give the same
-/// bits. REQUIRES: attribute "position".
-ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted);
+/// A subdivision that the store allows, as plan_subdivision() chose it. Threads: one. REQUIRES: the
+/// store stays at its address, and gets and loses no attribute and no level until run(); a commit
+/// is allowed.
+class PlannedSubdivision {
+ public:
+  /// As they were given, but with the executor and the number of threads that run() takes. For
+  /// kAuto that is the fused executor if the store has no level yet, the levels are at most
+  /// kMostFusedLevels, its frames fit the budget, and nobody wants to hear of each level
+  /// (`level_done`); otherwise the sweep. Both give the same bits.
+  const SubdivideOptions& options() const noexcept { return options_; }
+
+  /// frames: of the widest pass. resident: scratch memory for each thread, and two records per base
+  /// edge (the rings of the base vertices). The fused executor instead uses new base records, slots
+  /// that wait for their second half and, for Butterfly, level 1. Base meshes of many faces take a
+  /// moment. Pinned by tests/kernels/frame_needs_test.cpp.
+  Needs needs() const;
+
+  /// Throws kBudget if the frames do not fit what the levels of the whole work leave of the budget.
+  /// The message says which budget the whole work needs.
+  void check_budget() const;
+
+  /// Does the work, once. Errors: as subdivide(); kBadState if positions have got levels.
+  void run();
+
+ private:
+  friend PlannedSubdivision plan_subdivision(Store& store, const SubdivideOptions& options);
+  PlannedSubdivision(Store& store, const SubdivideOptions& options);
+  void choose_executor();
+  void take(ExecutorKind executor);
+  std::uint64_t frame_budget() const;
+  bool makes_levels() const { return options_.levels > first_level_; }
+
+  Store* store_;
+  SubdivideOptions options_;
+  AttributeId position_;
+  int first_level_;  ///< the finest level of the positions before the work
+  Provenance provenance_;
+  std::uint64_t frame_bytes_ = 0, frame_budget_ = 0;
+};
+
+/// Chooses how subdivide() refines the store, and changes nothing: executor, threads and memory.
+/// Errors: those of subdivide() before its first change, but kBudget, which is check_budget()'s.
+PlannedSubdivision plan_subdivision(Store& store, const SubdivideOptions& options);
 
 /// Refines attribute "position" from its finest level to `options.levels`. A store that is finer
 /// keeps its levels, and normals are made up to `options.levels`. Records the scheme in the store's
@@ -61,21 +100,8 @@ ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted);
 /// the message says which budget the whole work needs. kBadState also if positions are unfinished.
 /// After any later error, kCancelled, kIo and kNoSpace among them, call Store::roll_back(): until
 /// then nobody can read what is unfinished, or commit the store.
-/// Pinned by tests/kernels/states_test.cpp.
+/// Pinned by tests/kernels/states_test.cpp. The same as plan_subdivision(store, options).run().
 void subdivide(Store& store, const SubdivideOptions& options);
-
-/// Bytes of memory that a subdivision of `store` uses in addition to the budget: scratch memory for
-/// each thread, and two records per base edge (the rings of the base vertices). The fused executor
-/// instead uses new base records, slots that wait for their second half and, for Butterfly, level
-/// 1. REQUIRES: attribute "position".
-std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& wanted);
-
-/// The smallest budget with which the sweep or the transparent executor can refine `store` to
-/// `wanted.levels`. So a program need not begin a run that would fail later. 0 for the fused
-/// executor, which checks its budget itself before it changes anything. REQUIRES: attribute
-/// "position".
-/// Pinned by tests/kernels/frame_needs_test.cpp.
-std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& wanted);
 
 /// How often the user's mesh must be refined to make the base mesh, so that at level `levels` no
 /// slot with records of `record_bytes` is larger than `max_slot_bytes`.

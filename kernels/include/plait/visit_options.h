@@ -1,7 +1,6 @@
-// plait/visit_options.h: how far visit_vertices() goes, and the memory that it needs.
+// plait/visit_options.h: how far visit_vertices() goes.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "plait/detail/namespace.h"
@@ -19,14 +18,6 @@ struct VisitOptions {
   /// Counts vertices; called between blocks. Levels that a cancelled visit writes stay unfinished.
   /// The last call has done == total, and its result does not matter.
   ProgressCallback progress = {};
-};
-
-/// The memory that a visit needs.
-struct VisitNeeds {
-  std::uint64_t frame_bytes = 0;  ///< of the pager's budget: the smallest budget for the visit
-  /// In addition to the budget: for each attribute whose rings it reads, the grid of an edge for
-  /// each thread, and two records for each base edge.
-  std::uint64_t ring_bytes = 0;
 };
 
 PLAIT_END_NAMESPACE

@@ -294,10 +294,12 @@ void visit_vertices(Store& store, const VisitOptions& options,
   }
 }
 
-/// The memory that visit_vertices() needs with the same arguments. Errors: those of VisitPlan.
+/// The memory that visit_vertices() needs with the same arguments; resident: for each attribute
+/// whose rings it reads, the grid of an edge for each thread, and two records for each base edge.
+/// Errors: those of VisitPlan.
 template <class... Specs>
-VisitNeeds visit_needs(Store& store, const VisitOptions& options,
-                       const std::tuple<Specs...>& attributes) {
+Needs visit_needs(Store& store, const VisitOptions& options,
+                  const std::tuple<Specs...>& attributes) {
   return VisitPlan(store, options, visit::attributes_of(attributes)).needs();
 }
 

@@ -210,7 +210,7 @@ TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread") {
         Store store = numbered_store(directory.path() / "s.plait", base, options, kSchemas,
                                      kErrorLevels, backends);
         const FusedPass pass = numbering_pass(store, kErrorLevels, calls);
-        const std::uint64_t frames = fused_needs(store, pass, threads).frame_bytes;
+        const std::uint64_t frames = fused_needs(store, pass, threads).frames;
         leave_for_frames(store, frames);
         const std::uint64_t block_bytes = store.options().block_bytes;
         // Nothing forces a write before the pass ends if its blocks fit into the budget together.

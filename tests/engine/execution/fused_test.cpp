@@ -177,7 +177,7 @@ TEST_CASE("Fused_BudgetOfWhatItNeeds_StillWritesEachBlockOnceAndReadsNone") {
       {
         const Store store = create(64 << 20);
         const FusedPass pass = numbering_pass(store, kManyRunsLevels, calls);
-        needed = fused_needs(store, pass, threads).frame_bytes;
+        needed = fused_needs(store, pass, threads).frames;
         REQUIRE(needed > (64 << 10));
         if (threads == 1) CHECK(needed < block_count(store) * 4096 / 2);
       }
@@ -210,8 +210,7 @@ TEST_CASE("FusedNeeds_TwoTriangles_AreTheBlocksOfAllLevels") {
     const Store store =
         numbered_store({}, base, options_of("memory"), {schema}, levels, default_backends());
     NumberingCalls calls(base.face_count());
-    const std::uint64_t bytes =
-        fused_needs(store, numbering_pass(store, levels, calls), 1).frame_bytes;
+    const std::uint64_t bytes = fused_needs(store, numbering_pass(store, levels, calls), 1).frames;
     CHECK(bytes % 4096 == 0);
     return bytes / 4096;
   };
@@ -235,8 +234,7 @@ TEST_CASE("FusedNeeds_ManyRuns_AreTheBlocksOfTheWidestWindow") {
     const Store store =
         numbered_store({}, base, options_of("memory"), kManyRunsSchemas, 7, default_backends());
     NumberingCalls calls(base.face_count());
-    const std::uint64_t bytes =
-        fused_needs(store, numbering_pass(store, 7, calls), threads).frame_bytes;
+    const std::uint64_t bytes = fused_needs(store, numbering_pass(store, 7, calls), threads).frames;
     CHECK(bytes % 4096 == 0);
     return bytes / 4096;
   };
@@ -256,9 +254,9 @@ TEST_CASE("FusedNeeds_MoreThreadsLevelsOrAttributes_NeedsMore") {
     NumberingCalls calls(base.face_count());
     return fused_needs(store, numbering_pass(store, levels, calls), threads);
   };
-  const FusedNeeds least = needs(1, 6, 1);
-  for (const FusedNeeds& more : {needs(1, 6, 2), needs(1, 7, 1), needs(2, 6, 1)}) {
-    CHECK(more.frame_bytes > least.frame_bytes);
-    CHECK(more.slot_bytes > least.slot_bytes);
+  const Needs least = needs(1, 6, 1);
+  for (const Needs& more : {needs(1, 6, 2), needs(1, 7, 1), needs(2, 6, 1)}) {
+    CHECK(more.frames > least.frames);
+    CHECK(more.resident > least.resident);
   }
 }

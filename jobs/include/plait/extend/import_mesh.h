@@ -11,6 +11,7 @@
 
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
+#include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/job.h"
 #include "plait/layout.h"
@@ -38,9 +39,10 @@ struct ImportRequest {
   /// If slots of positions would be larger, a finer level becomes the base mesh of the store.
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
-  int threads = 1;
+  int threads = 1;                ///< 0: all processors
+  ParallelFor parallel_for = {};  ///< as in StoreOptions
   Durability durability = Durability::kCommit;
-  bool replace = false;      ///< an existing store, when the new one is complete
+  Existing existing = Existing::kRefuse;
   bool ignore_size = false;  ///< start even if the memory seems too small
 };
 

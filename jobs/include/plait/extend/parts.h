@@ -23,6 +23,7 @@
 
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
+#include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/pass.h"
 #include "plait/layout.h"
@@ -126,8 +127,9 @@ PartsPlan read_parts_plan(const std::filesystem::path& plan);
 /// Options of make_part().
 struct PartOptions {
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
-  int threads = 1;
-  bool again = false;  ///< makes the part even if it is done
+  int threads = 1;                ///< 0: all processors
+  ParallelFor parallel_for = {};  ///< as in StoreOptions
+  bool again = false;             ///< makes the part even if it is done
   ProgressCallback progress = {};
   /// The kernel of the plan's pass, if that is one of the program's own.
   PassKernel kernel = {};
@@ -152,9 +154,9 @@ PartResult make_part(const std::filesystem::path& plan, std::uint32_t part,
 
 /// Options of join_parts().
 struct JoinOptions {
-  bool verify = false;   ///< reads every block first, and compares the digests
-  bool concat = false;   ///< makes levels in one piece, which copies all bytes
-  bool replace = false;  ///< the store may replace a store
+  bool verify = false;                    ///< reads every block first, and compares the digests
+  bool concat = false;                    ///< makes levels in one piece, which copies all bytes
+  Existing existing = Existing::kRefuse;  ///< whether the store may replace a store
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   ProgressCallback progress = {};
   std::function<void(const std::string&)> warn = {};
@@ -180,7 +182,7 @@ struct JoinResult {
 /// digest is that of the records of the attribute that the pass makes. If the store has the version
 /// of this very plan already, the call does nothing. Errors: kBadState for another store and for
 /// another version; kBusy while another process changes the store; kInvalidArgument for `concat`
-/// and `replace`; those of Store::open().
+/// and kReplace; those of Store::open().
 JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::path& store,
                       const JoinOptions& options, const BackendRegistry& backends);
 

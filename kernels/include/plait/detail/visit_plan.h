@@ -15,6 +15,7 @@
 #include "plait/detail/namespace.h"
 #include "plait/extend/level_geometry.h"
 #include "plait/extend/sweep.h"
+#include "plait/needs.h"
 #include "plait/store.h"
 #include "plait/vertex_rings.h"
 #include "plait/visit_options.h"
@@ -103,7 +104,7 @@ class VisitPlan {
     return numbers_[static_cast<std::size_t>(refinement - 1)].slot(edge).shape;
   }
 
-  VisitNeeds needs() const;
+  Needs needs() const;
   /// Calls edge_kernel(view, edge, worker) for each edge, from several threads, and then
   /// base_kernel(). The accesses of the view are in the order of the attributes. `stretch_done` is
   /// that of SweepPass.

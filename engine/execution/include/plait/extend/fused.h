@@ -25,6 +25,7 @@
 
 #include "plait/detail/namespace.h"
 #include "plait/extend/edge_index.h"
+#include "plait/needs.h"
 #include "plait/progress.h"
 #include "plait/store.h"
 
@@ -92,15 +93,12 @@ struct FusedOptions {
   ProgressCallback progress = {};
 };
 
-/// The most memory that a pass needs at any moment. The levels need not exist yet.
-struct FusedNeeds {
-  std::uint64_t frame_bytes = 0;  ///< of the pager's budget
-  std::uint64_t slot_bytes = 0;   ///< in addition to the budget: slots that wait for a second half
-};
-FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads);
-/// FusedNeeds::frame_bytes alone, which takes far less time.
-std::uint64_t fused_frame_bytes(const Store& store, const FusedPass& pass, int threads);
-/// The same for outputs with records of `record_bytes`. The attributes need not exist yet.
+/// The most memory that a pass needs at any moment; resident: slots that wait for a second half.
+Needs fused_needs(const Store& store, const FusedPass& pass, int threads);
+/// The same for outputs with records of `record_bytes`. Neither they nor the levels need exist yet.
+Needs fused_needs(const Store& store, std::span<const std::size_t> record_bytes, int finest_level,
+                  int threads);
+/// Needs::frames alone, which takes far less time.
 std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t> record_bytes,
                                 int finest_level, int threads);
 

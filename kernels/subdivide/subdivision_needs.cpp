@@ -1,7 +1,12 @@
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
 #include <vector>
 
 #include "execution/pin_needs.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/fused.h"
 #include "plait/subdivide.h"
 #include "schemes/table.h"
 #include "subdivide/steps.h"
@@ -9,7 +14,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::size_t kFrameNormalBytes = 12;
+constexpr std::size_t kNormalBytes = sizeof(Vector3<float>);
 
 /// The largest need of the passes of sweep_steps.cpp. The passes at the finest level are the widest
 /// of their kind.
@@ -31,7 +36,7 @@ std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& opti
     std::vector<AccessedLevels> accesses;
     accesses.reserve(pass.size());
     for (const LevelAccess& access : pass)
-      accesses.push_back({access.attribute == kNormal ? kFrameNormalBytes : record_bytes,
+      accesses.push_back({access.attribute == kNormal ? kNormalBytes : record_bytes,
                           access.first_level, access.last_level, access.reach});
     most = std::max(most, sweep_needs(store, accesses, options.threads));
   }
@@ -51,7 +56,7 @@ std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& opti
   if (!options.normals && !options.limit) return most;
   std::vector<std::uint64_t> windows = {
       patch_needs(store, {record_bytes, first, last, Reach::kFaces})};
-  if (options.normals) windows.push_back(patch_needs(store, {kFrameNormalBytes, first, last}));
+  if (options.normals) windows.push_back(patch_needs(store, {kNormalBytes, first, last}));
   if (options.limit) windows.push_back(patch_needs(store, {record_bytes, first, last}));
   // The smallest budget in which all windows fit, if each has at least a quarter of the budget.
   // There are at most three windows, so the loop ends.
@@ -63,23 +68,41 @@ std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& opti
   }
 }
 
+std::size_t position_bytes(const Store& store) {
+  return store.attributes()[store.attribute("position")].schema.record_bytes();
+}
+
 }  // namespace
 
-std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& wanted) {
-  const SubdivideOptions options = with_threads(wanted);
-  const AttributeInfo& position = store.attributes()[store.attribute("position")];
-  const bool makes_levels = position.finest_level < options.levels;
-  const std::size_t record_bytes = position.schema.record_bytes();
-  switch (executor_for(store, options)) {
-    case ExecutorKind::kAuto:  // executor_for() gives another one
-    case ExecutorKind::kFused:
-      return 0;
-    case ExecutorKind::kSweep:
-      return sweep_frame_bytes(store, options, record_bytes, makes_levels);
-    case ExecutorKind::kTransparent:
-      return patch_frame_bytes(store, options, record_bytes, makes_levels);
+std::uint64_t frames_of_subdivision(const Store& store, const SubdivideOptions& options,
+                                    bool makes_levels) {
+  const std::size_t record_bytes = position_bytes(store);
+  if (options.executor == ExecutorKind::kSweep)
+    return sweep_frame_bytes(store, options, record_bytes, makes_levels);
+  if (options.executor == ExecutorKind::kTransparent)
+    return patch_frame_bytes(store, options, record_bytes, makes_levels);
+  const std::array<std::size_t, 2> records = {record_bytes, kNormalBytes};
+  return fused_frame_bytes(store, std::span(records).first(options.normals ? 2 : 1), options.levels,
+                           options.threads);
+}
+
+std::uint64_t resident_of_subdivision(const Store& store, const SubdivideOptions& options) {
+  const std::uint64_t record_bytes = position_bytes(store);
+  if (options.executor == ExecutorKind::kFused) {
+    const auto bytes = [&]<class Rule>(const Rule&) {
+      return fused_resident_bytes<Rule>(store, options);
+    };
+    return record_bytes == sizeof(Vector3<double>) ? with_rule<double>(options.scheme, bytes)
+                                                   : with_rule<float>(options.scheme, bytes);
   }
-  return 0;
+  // A scheme of two rings has the rings of two levels in memory, and its extraordinary
+  // values.
+  const bool two_rings = traits_of(options.scheme).ring_count == 2;
+  const std::uint64_t side =
+      (std::uint64_t{1} << relative_to_base(options.levels, store.base_level()).refinements) + 3;
+  return (2 * record_bytes * (two_rings ? 2 : 1) + (two_rings ? 48 : 0)) *
+             store.base().edge_count() +
+         static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;
 }
 
 PLAIT_END_NAMESPACE

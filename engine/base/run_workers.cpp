@@ -1,0 +1,47 @@
+#include "base/run_workers.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <mutex>
+
+#include "base/caught.h"
+#include "base/threads.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+void run_workers(const ParallelFor& parallel_for, int count, std::string_view name,
+                 const SharedWork& shared) {
+  std::mutex failing, reporting;
+  std::exception_ptr failure;
+  const auto work = [&](int worker, const std::function<void()>& report) {
+    try {
+      shared.work(worker, report);
+    } catch (...) {
+      shared.stop();
+      const std::scoped_lock lock(failing);
+      keep_first(failure);
+    }
+  };
+  if (parallel_for && count > 1) {
+    // The calling thread may have no part in the loop.
+    const auto report = [&] {
+      if (const std::unique_lock lock(reporting, std::try_to_lock); lock) shared.report();
+    };
+    call_workers(parallel_for, count, name, [&](int worker) { work(worker, report); });
+  } else {
+    JoinedThreads helpers;
+    try {
+      for (int i = 1; i < count; ++i)
+        helpers.start(fmt::format("thread {} of {} of {}", i + 1, count, name),
+                      [&, i] { work(i, [] {}); });
+    } catch (...) {
+      shared.stop();
+      throw;
+    }
+    work(0, shared.report);
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+PLAIT_END_NAMESPACE

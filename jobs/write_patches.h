@@ -1,0 +1,28 @@
+// Fills attributes of a new store patch by patch, from several threads.
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+#include "plait/patch_writer.h"
+#include "plait/store.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+struct PatchFilling {
+  std::string_view job;  ///< for messages
+  PatchWriterOptions writer = {};
+  int threads = 1;
+  FaceId faces_at_once = 1;
+  /// Writes the patches of faces `first` to before `after`. Several threads call it at once.
+  std::function<void(PatchWriter& writer, FaceId first, FaceId after)> fill;
+  /// Called between two calls of `fill`, one at a time (SharedWork::report).
+  std::function<void(FaceId done)> report;
+};
+
+/// Calls `fill` for all base faces, on the threads of the store's parallel_for if it has one, and
+/// finishes the levels. Errors: the first one of `fill` or `report`; those of PatchWriter and
+/// run_workers().
+void write_patches(Store& store, const PatchFilling& filling);
+
+PLAIT_END_NAMESPACE
