@@ -7,8 +7,23 @@
 
 #include "base/caught.h"
 #include "base/threads.h"
+#include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+namespace {
+
+bool is_refusal(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const Error& refusal) {
+    return refusal.code() == ErrorCode::kBadState;
+  } catch (...) {  // what is stored is an exception
+    return false;
+  }
+}
+
+}  // namespace
 
 void run_workers(const ParallelFor& parallel_for, int count, std::string_view name,
                  const SharedWork& shared) {
@@ -20,6 +35,8 @@ void run_workers(const ParallelFor& parallel_for, int count, std::string_view na
     } catch (...) {
       shared.stop();
       const std::scoped_lock lock(failing);
+      // One thread gets the error of a failed write. Another one may be refused a moment earlier.
+      if (failure && is_refusal(failure)) failure = nullptr;
       keep_first(failure);
     }
   };

@@ -21,8 +21,8 @@ struct SharedWork {
 
 /// Does the work by `count` workers: by `parallel_for`, unless it is empty, or by the calling
 /// thread and new threads. `name` is for messages. Throws the first error of any worker, when all
-/// have ended. Errors: also kOutOfMemory for a thread that cannot be started; those of
-/// call_workers().
+/// have ended, but rather one that is no refusal (kBadState). Errors: also kOutOfMemory for a
+/// thread that cannot be started; those of call_workers().
 void run_workers(const ParallelFor& parallel_for, int count, std::string_view name,
                  const SharedWork& shared);
 

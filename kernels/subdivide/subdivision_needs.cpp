@@ -23,23 +23,21 @@ std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& opti
   enum : AttributeId { kPosition, kNormal, kLimit };
   const int base_level = store.base_level(), last = options.levels;
   const SchemeTraits scheme = traits_of(options.scheme);
-  std::vector<std::vector<LevelAccess>> passes;
-  if (makes_levels) passes.push_back(odd_accesses(kPosition, base_level, last, scheme.ring_count));
-  if (makes_levels && scheme.moves_even)
-    passes.push_back(even_accesses(kPosition, base_level, last));
-  if (options.normals || options.limit)
-    passes.push_back(surface_accesses(kPosition, base_level, last,
-                                      options.normals ? AttributeId{kNormal} : kNoId,
-                                      options.limit ? AttributeId{kLimit} : kNoId));
   std::uint64_t most = 0;
-  for (const std::vector<LevelAccess>& pass : passes) {
+  const auto consider = [&](const std::vector<LevelAccess>& pass) {
     std::vector<AccessedLevels> accesses;
     accesses.reserve(pass.size());
     for (const LevelAccess& access : pass)
       accesses.push_back({access.attribute == kNormal ? kNormalBytes : record_bytes,
                           access.first_level, access.last_level, access.reach});
     most = std::max(most, sweep_needs(store, accesses, options.threads));
-  }
+  };
+  if (makes_levels) consider(odd_accesses(kPosition, base_level, last, scheme.ring_count));
+  if (makes_levels && scheme.moves_even) consider(even_accesses(kPosition, base_level, last));
+  if (options.normals || options.limit)
+    consider(surface_accesses(kPosition, base_level, last,
+                              options.normals ? AttributeId{kNormal} : kNoId,
+                              options.limit ? AttributeId{kLimit} : kNoId));
   return most;
 }
 

@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <exception>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "base/caught.h"
 #include "base/default_arithmetic.h"
 #include "base/run_workers.h"
 #include "execution/fused/fused_faces.h"
@@ -38,54 +35,29 @@ class FusedRun {
 
   FusedSchedule& schedule() { return schedule_; }
 
-  /// Refines runs of faces until none is left, as the thread with this number. After the first
-  /// error of any thread, all threads stop.
+  /// Refines runs of faces until none is left, as the thread with this number.
   void work(int thread, const std::function<void()>& after_run) {
-    try {
-      const DefaultArithmetic arithmetic;
-      const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
-      SlotDelivery::Scratch scratch(delivery_);
-      while (const std::optional<std::uint64_t> run = schedule_.next(thread)) {
-        const std::span<const FaceId> faces = faces_.run(*run);
-        refiner->begin(faces);
-        for (std::size_t first = 0; first < faces.size(); first += kPatchLanes) {
-          const std::size_t count = std::min(kPatchLanes, faces.size() - first);
-          refiner->refine(first, count);
-          delivery_.deliver(*refiner, faces.subspan(first, count), scratch);
-        }
-        schedule_.done(thread);
-        after_run();
+    const DefaultArithmetic arithmetic;
+    const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
+    SlotDelivery::Scratch scratch(delivery_);
+    while (const std::optional<std::uint64_t> run = schedule_.next(thread)) {
+      const std::span<const FaceId> faces = faces_.run(*run);
+      refiner->begin(faces);
+      for (std::size_t first = 0; first < faces.size(); first += kPatchLanes) {
+        const std::size_t count = std::min(kPatchLanes, faces.size() - first);
+        refiner->refine(first, count);
+        delivery_.deliver(*refiner, faces.subspan(first, count), scratch);
       }
-    } catch (...) {
-      const std::scoped_lock lock(mutex_);
-      // One thread gets the error of a failed write. Another one may be refused a moment earlier.
-      schedule_.stop();
-      if (error_ && is_refusal(error_)) error_ = nullptr;
-      keep_first(error_);
+      schedule_.done(thread);
+      after_run();
     }
-  }
-
-  void throw_error() const {
-    if (error_) std::rethrow_exception(error_);
   }
 
  private:
-  static bool is_refusal(const std::exception_ptr& error) {
-    try {
-      std::rethrow_exception(error);
-    } catch (const Error& refusal) {
-      return refusal.code() == ErrorCode::kBadState;
-    } catch (...) {  // what is stored is an exception
-      return false;
-    }
-  }
-
   const FusedPass& pass_;
   SlotDelivery delivery_;
   const FusedFaces faces_;
   FusedSchedule schedule_;
-  std::mutex mutex_;
-  std::exception_ptr error_;
 };
 
 void check_pass(const Store& store, const FusedPass& pass) {
@@ -156,7 +128,6 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
   run_workers(store.options().parallel_for, threads, fmt::format("fused '{}'", pass.name),
               {[&](int worker, const auto& done) { run.work(worker, done); }, report,
                [&] { run.schedule().stop(); }});
-  run.throw_error();
   written.finish();
 } catch (const std::bad_alloc&) {
   throw out_of_memory("fused " + pass.name);
