@@ -133,8 +133,11 @@ void copy_unless_same(const std::byte* from, std::byte* to, std::size_t bytes) {
 void start_writing(const File& file, ByteRange bytes) {
   if (bytes.count == 0) return;  // sync_file_range takes 0 as the whole file
   if (::sync_file_range(file.descriptor(), static_cast<off_t>(bytes.first),
-                        static_cast<off_t>(bytes.count), SYNC_FILE_RANGE_WRITE) != 0 &&
-      errno != ENOSYS && errno != EINVAL && errno != ESPIPE)
+                        static_cast<off_t>(bytes.count), SYNC_FILE_RANGE_WRITE) == 0)
+    return;
+  // Other errors say that the kernel, its file system or a filter of system calls has no such call,
+  // which only begins early what a sync does.
+  if (errno == EIO || errno == ENOSPC || errno == EDQUOT)
     throw system_error("write", file.path().native(), errno);
 }
 

@@ -206,6 +206,10 @@ bool Directory::rename(const std::string& from, const Directory& other, const st
     throw Error(
         ErrorCode::kNotSupported,
         fmt::format("replace {}: its file system cannot exchange two names", to_path.native()));
+  // A directory of a lower layer of an overlay, and a mount point, keep their names.
+  if (errno == EXDEV || errno == EBUSY)
+    throw Error(ErrorCode::kNotSupported, system_error("rename", from_path.native(), errno).what())
+        .about(from_path);
   throw system_error("rename to", to_path.native(), errno);
 }
 

@@ -60,26 +60,42 @@ void UnpublishedStore::check(const std::filesystem::path& final_path, Existing e
 const std::filesystem::path& UnpublishedStore::make() {
   made_.directory();
   path_ = made_.name().path();
-  if (existing_ == Existing::kReplace && output_.directory.contains(output_.name) &&
-      !can_exchange_names()) {
-    can_exchange_ = false;
+  if (existing_ == Existing::kReplace && output_.directory.contains(output_.name)) try_replacing();
+  return path_;
+}
+
+/// Tries before the work what publish() will need: that the old store can get another name, and
+/// whether names can be exchanged.
+void UnpublishedStore::try_replacing() {
+  const Directory& parent = output_.directory;
+  UnpublishedDirectory other(output_.path, "partial", MadeProof::kMark, [](const Directory&) {});
+  other.directory();
+  const std::string& taken = other.name().name();
+  try {
+    // The mark is in that directory, so the renaming must fail; if a file system does it, back.
+    if (parent.rename(output_.name, parent, taken)) parent.rename(taken, parent, output_.name);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kNotSupported)
+      throw Error(error.code(),
+                  fmt::format("replace {}: the old store can have no other name, as in a lower "
+                              "layer of an overlay (an image of a container) or at a mount point "
+                              "({}): remove it before, or give the new store another name",
+                              final_path().native(), error.what()))
+          .about(final_path());
+  }
+  can_exchange_ = can_exchange_names(other.name());
+  if (!can_exchange_)
     tell(
         fmt::format("{}: its file system cannot exchange two names: for a moment there will be no "
                     "store of this name",
                     final_path().native()));
-  }
-  return path_;
 }
 
-/// Exchanges the new directory with another empty one, and back.
-bool UnpublishedStore::can_exchange_names() {
+/// Exchanges the new directory with another one, and back.
+bool UnpublishedStore::can_exchange_names(UnfinishedName& other) {
   const Directory& parent = output_.directory;
   const std::string& name = made_.name().name();
-  UnpublishedDirectory other(output_.path, "partial", MadeProof::kManifest, remove_made_files);
-  other.directory();
-  const auto exchange = [&] {
-    parent.rename(name, parent, other.name().name(), Renaming::kExchange);
-  };
+  const auto exchange = [&] { parent.rename(name, parent, other.name(), Renaming::kExchange); };
   try {
     exchange();
   } catch (const Error&) {

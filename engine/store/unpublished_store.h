@@ -16,8 +16,7 @@ PLAIT_BEGIN_NAMESPACE
 /// The destructor removes a store that was not complete. A complete one stays, whatever happens.
 class UnpublishedStore {
  public:
-  /// Removes what killed runs of this machine have left of this output. With kReplace, tries
-  /// whether the file system can exchange names, and tells `warn` if not. Errors: kNotFound if the
+  /// Removes what killed runs of this machine have left of this output. Errors: kNotFound if the
   /// directory of `final_path` does not exist; kInvalidArgument if the name is taken (with
   /// kReplace, if it is taken by anything but a store); kBusy if another process has the existing
   /// store open.
@@ -27,8 +26,9 @@ class UnpublishedStore {
   /// Throws the same errors as the constructor, and changes nothing.
   static void check(const std::filesystem::path& final_path, Existing existing);
 
-  /// Makes an empty directory with an unfinished name, locks it (flock) and returns its path.
-  /// Errors: kIo, kNoSpace.
+  /// Makes an empty directory with an unfinished name, locks it (flock) and returns its path. With
+  /// kReplace, tries what publish() will need, and tells `warn` if the file system cannot exchange
+  /// names. Errors: kNotSupported if the existing store cannot be renamed; kIo, kNoSpace.
   const std::filesystem::path& make();
   /// The path that make() returned; after publish() threw, the path where the new store is.
   const std::filesystem::path& path() const { return path_; }
@@ -51,7 +51,8 @@ class UnpublishedStore {
   /// has replaced the old one.
   std::string exchange_names(const Directory& replaced);
   std::string rename_twice(const Directory& replaced);
-  bool can_exchange_names();
+  void try_replacing();
+  bool can_exchange_names(UnfinishedName& other);
   void tell(const std::string& what) const {
     if (warn_) warn_(what);
   }

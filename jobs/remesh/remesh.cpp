@@ -127,6 +127,7 @@ void ScanRun::read_scan() {
   leave_out_own_names(mesh.attributes, request_.distances, warnings);
   if (request_.weld)
     report_.merged_vertices = weld(mesh, *request_.weld, request_.scan.native(), warnings);
+  warn_of_values_not_finite(mesh.attributes, warnings);
   report_.precision =
       precision_for(mesh.mesh, request_.precision, {}, request_.scan.native(), warnings);
   report_.read_seconds = clock.lap();

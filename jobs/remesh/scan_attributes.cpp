@@ -1,5 +1,7 @@
 #include "remesh/scan_attributes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -54,6 +56,20 @@ void interpolate(const MeshAttribute& attribute, const Shares& shares, std::byte
   }
 }
 
+template <class Number>
+std::uint64_t records_not_finite(const MeshAttribute& attribute) {
+  const std::size_t count = attribute.records.size() / attribute.schema.record_bytes();
+  std::uint64_t found = 0;
+  for (std::size_t record = 0; record < count; ++record) {
+    bool is_finite = true;
+    for (std::size_t at = 0; at < std::size_t{attribute.schema.components}; ++at)
+      is_finite = is_finite &&
+                  std::isfinite(number_of<Number>(attribute, static_cast<VertexId>(record), at));
+    found += is_finite ? 0u : 1u;
+  }
+  return found;
+}
+
 using Interpolate = void (*)(const MeshAttribute&, const Shares&, std::byte*);
 
 Interpolate interpolation_of(ComponentType type) {
@@ -83,6 +99,23 @@ Interpolate interpolation_of(ComponentType type) {
 }
 
 }  // namespace
+
+void warn_of_values_not_finite(std::span<const MeshAttribute> attributes,
+                               std::vector<std::string>& warnings) {
+  for (const MeshAttribute& attribute : attributes) {
+    std::uint64_t count = 0;
+    if (attribute.schema.type == ComponentType::kFloat32)
+      count = records_not_finite<float>(attribute);
+    else if (attribute.schema.type == ComponentType::kFloat64)
+      count = records_not_finite<double>(attribute);
+    if (count > 0)
+      warnings.push_back(
+          fmt::format("{} {} of the scan {} a value of '{}' that is infinite or no number: points "
+                      "of the faces there get such values too",
+                      count, count == 1 ? "vertex" : "vertices", count == 1 ? "has" : "have",
+                      attribute.schema.name));
+  }
+}
 
 ScanAttributes::ScanAttributes(std::vector<MeshAttribute> attributes, const Repaired& repaired)
     : attributes_(std::move(attributes)), record_of_(repaired.origin) {

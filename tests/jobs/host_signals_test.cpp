@@ -1,6 +1,7 @@
 // A program that sets no masks of its own: its signals are its threads' alone, however the library
 // computes, and the thread that calls the library takes them while it computes.
 #include <pthread.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -9,18 +10,24 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "base/threads.h"
+#include "plait/digest.h"
+#include "plait/error.h"
 #include "plait/extend/import_mesh.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/subdivide.h"
+#include "plait/verify.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
+#include "support/usable_backends.h"
 
 namespace plait::test {
 namespace {
@@ -123,6 +130,85 @@ TEST_CASE("CallingThread_WhileALoopRuns_TakesSignalsAndKeepsItsMask") {
                   std::logic_error);
   CHECK(has_mask(before));
   ::sigaction(SIGUSR1, &old, nullptr);
+}
+
+// libssh2/libssh2#955, apple/foundationdb#14081: a profiler, whose handler lets no call go on.
+TEST_CASE("Store_OfAThreadThatIsInterruptedAllTheTime_IsTheSame") {
+  struct sigaction counting {
+  }, old{};
+  counting.sa_handler = count_signal;
+  REQUIRE(::sigaction(SIGALRM, &counting, &old) == 0);
+  const LaidOutMesh mesh =
+      lay_out(BaseMesh::build(random_sphere(3, 300)), LayoutKind::kAutomatic).mesh;
+  const auto make = [&](const std::filesystem::path& path, const std::string& backend) {
+    StoreOptions options;
+    options.backend = backend;
+    options.block_bytes = 4096;
+    Store store = Store::create(path, mesh, options, default_backends());
+    add_base_positions(store);
+    subdivide(store, {.executor = ExecutorKind::kSweep, .levels = 4, .threads = 2});
+    return store;
+  };
+  const Digest expected = digest(make({}, "memory"));
+  for (const std::string& backend : usable_backends()) {
+    if (backend == "memory") continue;
+    CAPTURE(backend);
+    const TemporaryDirectory here;
+    const int before = taken_count;
+    constexpr itimerval kOften{{0, 100}, {0, 100}}, kNever{};
+    ::setitimer(ITIMER_REAL, &kOften, nullptr);
+    bool is_whole = false;
+    try {
+      Store store = make(here.path() / "s", backend);
+      store.commit();
+      store.close();
+      const Store again = Store::open(here.path() / "s", {}, default_backends());
+      is_whole = verify(again).damaged.empty() && digest(again) == expected;
+    } catch (const Error& error) {
+      UNSCOPED_INFO(error.what());
+    }
+    ::setitimer(ITIMER_REAL, &kNever, nullptr);
+    CHECK(is_whole);
+    CHECK(taken_count > before);
+  }
+  ::sigaction(SIGALRM, &old, nullptr);
+}
+
+// pybind/pybind11#1208, Ardour/ardour#1125: a thread that ends inside the library, by
+// pthread_exit() in a callback.
+TEST_CASE("Thread_ThatEndsInItsProgress_LeavesAStoreThatGoesOn") {
+  const auto ends = [](const Progress&) -> bool { ::pthread_exit(nullptr); };
+  Store store = Store::create({}, BaseMesh::build(random_sphere(3, 100)), {.backend = "memory"},
+                              default_backends());
+  add_base_positions(store);
+  subdivide(store, {.levels = 2});
+  store.commit();
+  const Digest expected = digest(store);
+  bool went_on = false;
+  const std::pair<const char*, std::function<void()>> works[] = {
+      {"sweep",
+       [&] {
+         subdivide(store, {.executor = ExecutorKind::kSweep, .levels = 4, .progress = ends});
+       }},
+      {"transparent",
+       [&] {
+         subdivide(store, {.executor = ExecutorKind::kTransparent, .levels = 4, .progress = ends});
+       }},
+      {"normals", [&] { subdivide(store, {.levels = 2, .normals = true, .progress = ends}); }},
+      {"digest", [&] { digest(store, {.progress = ends}); }},
+      {"verify", [&] { verify(store, ends); }}};
+  for (const auto& [name, work] : works) {
+    CAPTURE(name);
+    start_thread("a thread", [&, &work = work] {
+      work();
+      went_on = true;
+    }).join();
+    CHECK_FALSE(went_on);
+    store.roll_back();
+    CHECK(digest(store) == expected);
+  }
+  subdivide(store, {.executor = ExecutorKind::kSweep, .levels = 3, .normals = true});
+  store.commit();
 }
 
 }  // namespace plait::test

@@ -312,6 +312,27 @@ TEST_CASE("Remesh_FilledHole_HasTheMeanOfItsBorder") {
   CHECK(height < 1e-5);
 }
 
+TEST_CASE("Remesh_AttributeWithValuesThatAreNoNumbers_SaysHowMany") {
+  const RemeshFiles files;
+  std::ofstream file(files.scan);
+  const IndexedMesh mesh = torus_grid(12, 10);
+  file << "ply\nformat ascii 1.0\nelement vertex 120\nproperty float x\nproperty float y\nproperty "
+          "float z\nproperty float age\nproperty double flow_0\nproperty double flow_1\nproperty "
+          "int "
+          "label\nelement face 240\nproperty list uchar int vertex_indices\nend_header\n";
+  for (std::size_t v = 0; v < 120; ++v)
+    file << mesh.positions[v].x << ' ' << mesh.positions[v].y << ' ' << mesh.positions[v].z
+         << (v % 40 == 0 ? " nan" : " 1") << (v == 7 ? " nan inf 3\n" : " 1 2 3\n");
+  for (const auto& f : mesh.faces) file << "3 " << f[0] << ' ' << f[1] << ' ' << f[2] << '\n';
+  file.close();
+  std::vector<std::string> warnings;
+  files.run(files.request(40),
+            {.warn = [&](const std::string& what) { warnings.push_back(what); }});
+  REQUIRE(warnings.size() == 2);
+  CHECK_THAT(warnings[1], Catch::Contains("3 vertices of the scan have a value of 'age' that is"));
+  CHECK_THAT(warnings[0], Catch::Contains("1 vertex of the scan has a value of 'flow' that is"));
+}
+
 TEST_CASE("Remesh_CoordinatesThatAreNoNumbers_AreCountedInEveryFormat") {
   const RemeshFiles files;
   const IndexedMesh mesh = torus_grid(30, 20);

@@ -295,6 +295,7 @@ def test_quantized_gltf_has_one_lattice(stores, tmp_path, name):
 
 
 def test_gltf_has_float32_of_wide_positions_and_texture_from_the_top(tmp_path):
+    """assimp/assimp#2849, CesiumGS/obj2gltf#13: textures upside down."""
     with make(icosahedron(), tmp_path / "w.plait", levels=LEVEL, dtype=np.float64) as store:
         store.add_attribute("texture", np.float32, 2)
         store.visit(lambda v: v["position"][:, :2].astype(np.float32), reads=["position"],
@@ -315,9 +316,12 @@ def test_gltf_has_float32_of_wide_positions_and_texture_from_the_top(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["w.glb", "w.plait"]
 
 
-def test_gltf_of_wide_positions_far_away_keeps_what_float32_can(tmp_path):
-    """Ground in metres of UTM: float32 would have steps of half a metre there."""
-    offset = np.array([4.5e5, 5.412345e6, 300])
+@pytest.mark.parametrize("offset", [[4.5e5, 5.412345e6, 300],
+                                    [12958095.124851028, 4865499.469870342, 0]])
+def test_gltf_of_wide_positions_far_away_keeps_what_float32_can(tmp_path, offset):
+    """Ground in metres of UTM, and of EPSG:3857 (KhronosGroup/glTF#1610, CesiumGS/obj2gltf#267): float32
+    would have steps of half a metre there, or of one."""
+    offset = np.array(offset)
     vertices, triangles = sheet(3)
     with make((vertices * 0.37 + offset, triangles), tmp_path / "u.plait", levels=LEVEL,
               dtype=np.float64) as store:
@@ -372,7 +376,8 @@ def test_gltf_has_linear_colours(tmp_path, dtype):
 
 
 def test_gltf_has_colours_from_0_to_1_and_says_so(tmp_path):
-    """Radiance is often more than 1, and a file with such colours is not valid."""
+    """Radiance is often more than 1, and a file with such colours is not valid, or its numbers wrap
+    around (KhronosGroup/glTF-Blender-IO#2499)."""
     with make(icosahedron(), tmp_path / "c.plait", levels=1) as store:
         store.add_attribute("color", np.float32, 3)
         store.visit(lambda v: v["position"] * 2, reads=["position"], writes=["color"])
@@ -435,6 +440,23 @@ def test_normals_that_plait_made_on_faces_without_area_are_left_out(tmp_path):
     make((vertices, triangles), tmp_path / "l.plait", levels=2, normals=True).close()
     export(tmp_path / "l.plait", tmp_path / "l.glb", "--attribute", "normal",
            warning="81 of 81 vertices have a normal without direction")
+
+
+@pytest.mark.parametrize("scale", [1, 1e-30, 1e30])
+def test_stl_of_faces_without_area_has_normals_that_are_numbers(tmp_path, scale):
+    """LHEEA/meshmagick#13, openscad/openscad#1225: "nan" where two corners of a facet are one point, or
+    where a product of two sides is 0 or infinite."""
+    vertices, triangles = sheet(2)
+    vertices[:, 1] *= vertices[:, 0] > 0.3  # some faces are a line
+    make((vertices * scale, triangles), tmp_path / "s.plait", levels=2).close()
+    export(tmp_path / "s.plait", tmp_path / "s.stl")
+    facets = np.fromfile(tmp_path / "s.stl", offset=84, dtype=[("f", "<f4", 12), ("a", "<u2")])["f"]
+    lengths = np.linalg.norm(facets[:, :3].astype(float), axis=1)
+    corners = facets[:, 3:].astype(float).reshape(-1, 3, 3) / scale
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    assert np.isfinite(facets).all() and (areas < 1e-6).any() and (areas > 1e-3).any()
+    assert np.abs(lengths[areas > 1e-3] - 1).max() < 1e-6
+    assert (np.minimum(lengths, np.abs(lengths - 1)) < 1e-6).all()
 
 
 def test_attributes_of_float64_are_narrowed_on_request(own_normals, tmp_path):

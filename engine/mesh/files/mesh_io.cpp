@@ -79,20 +79,21 @@ std::string short_line(std::string text) {
   return text;
 }
 
-/// How to keep what is left out.
-std::string_view way_to_keep(bool is_ply, bool attributes) {
-  if (!attributes) return "only positions and faces are read here";
-  return is_ply ? "scalar properties of vertices are kept"
-                : "a PLY file can have such numbers as properties of vertices, which are kept";
+/// How to keep what is left out; empty if there is no way.
+std::string_view way_to_keep(bool is_ply, const Reading& reading) {
+  if (!reading.attributes) return " (only positions and faces are read here)";
+  if (!reading.leaves_out_of_vertices) return "";
+  return is_ply ? " (scalar properties of vertices are kept)"
+                : " (a PLY file can have numbers of vertices as properties, which are kept)";
 }
 
 AttributedMesh read_mesh(Input& input, Reading reading) {
   const Reader reader = find_reader(input);
   AttributedMesh read = reader(input, reading);
   if (!reading.left_out.empty())
-    reading.warn(fmt::format("{}: left out: {} ({})", input.path().native(),
+    reading.warn(fmt::format("{}: left out: {}{}", input.path().native(),
                              short_line(fmt::format("{}", fmt::join(reading.left_out, "; "))),
-                             way_to_keep(reader == read_ply, reading.attributes)));
+                             way_to_keep(reader == read_ply, reading)));
   release_excess(read.mesh.positions);
   release_excess(read.mesh.faces);
   for (MeshAttribute& attribute : read.attributes) release_excess(attribute.records);
@@ -109,6 +110,11 @@ void Reading::leave_out_of(std::string_view what, std::uint64_t number, std::str
                            std::string_view many) {
   if (number > 0)
     left_out.push_back(fmt::format("{} of {} {}", what, number, number == 1 ? one : many));
+}
+
+void Reading::leave_out_of_vertices(std::string_view what, std::uint64_t number) {
+  leave_out_of(what, number, "vertex", "vertices");
+  leaves_out_of_vertices = leaves_out_of_vertices || number > 0;
 }
 
 IndexedMesh read_indexed_mesh(const std::filesystem::path& path, Warnings* warnings) {

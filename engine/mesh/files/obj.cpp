@@ -19,10 +19,11 @@ namespace {
 /// Statements that are left out. Those of one name are counted together.
 struct PassedStatement {
   std::string_view keyword, one, many;
+  bool is_of_vertices = false;
 };
 constexpr std::array kPassed = std::to_array<PassedStatement>({
-    {"vt", "texture coordinate", "texture coordinates"},
-    {"vn", "normal", "normals"},
+    {"vt", "texture coordinate", "texture coordinates", true},
+    {"vn", "normal", "normals", true},
     {"t", "tag (t crease and its like)", "tags (t crease and its like)"},
     {"g", "group", "groups"},
     {"o", "object name", "object names"},
@@ -97,10 +98,12 @@ void ObjReader::pass_statement(std::string_view keyword) {
 }
 
 void ObjReader::leave_out() const {
-  reading_.leave_out_of("colours", colours_, "vertex", "vertices");
-  reading_.leave_out_of("weights", weights_, "vertex", "vertices");
-  for (std::size_t at = 0; at < kPassed.size(); ++at)
+  reading_.leave_out_of_vertices("colours", colours_);
+  reading_.leave_out_of_vertices("weights", weights_);
+  for (std::size_t at = 0; at < kPassed.size(); ++at) {
     reading_.leave_out(passed_[at], kPassed[at].one, kPassed[at].many);
+    if (kPassed[at].is_of_vertices && passed_[at] > 0) reading_.leaves_out_of_vertices = true;
+  }
   reading_.leave_out(free_form_, kOneFreeForm, kManyFreeForm);
 }
 

@@ -27,7 +27,7 @@ class OffReader {
     if (text_.next_line())
       text_.refuse("end", fmt::format("nothing after {} faces", face_count_), text_.word());
     divider_.finish(text_.input(), 0, reading_.warnings);
-    reading_.leave_out_of(kinds_of_numbers(), vertices_with_more_, "vertex", "vertices");
+    reading_.leave_out_of_vertices(kinds_of_numbers(), vertices_with_more_);
     reading_.leave_out_of("colours", faces_with_more_, "face", "faces");
     return std::move(mesh_);
   }

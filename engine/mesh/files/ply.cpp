@@ -218,23 +218,21 @@ void PlyReader::leave_out() const {
       if (is_left_out(at)) names.push_back(element.properties[at].name);
     return names;
   };
-  const auto say = [&](std::string_view of, const std::vector<std::string>& names,
-                       std::uint64_t number, std::string_view one, std::string_view many) {
+  const auto say_of_vertices = [&](std::string_view of, const std::vector<std::string>& names) {
     if (!names.empty())
-      reading_.leave_out_of(fmt::format("{} {}", of, fmt::join(names, ", ")), number, one, many);
+      reading_.leave_out_of_vertices(fmt::format("{} {}", of, fmt::join(names, ", ")),
+                                     vertices_->count);
   };
   if (reading_.attributes)
-    say("lists and properties whose names no attribute can have:", no_attributes_, vertices_->count,
-        "vertex", "vertices");
+    say_of_vertices("lists and properties whose names no attribute can have:", no_attributes_);
   else
-    say("properties",
-        names_of(*vertices_,
-                 [&](std::size_t at) {
-                   return std::ranges::find(position_.index, at) == position_.index.end();
-                 }),
-        vertices_->count, "vertex", "vertices");
-  say("properties", names_of(*faces_, [&](std::size_t at) { return at != face_list_; }),
-      faces_->count, "face", "faces");
+    say_of_vertices("properties", names_of(*vertices_, [&](std::size_t at) {
+                      return std::ranges::find(position_.index, at) == position_.index.end();
+                    }));
+  if (const auto names = names_of(*faces_, [&](std::size_t at) { return at != face_list_; });
+      !names.empty())
+    reading_.leave_out_of(fmt::format("properties {}", fmt::join(names, ", ")), faces_->count,
+                          "face", "faces");
   for (const PlyElement& element : header_.elements)
     if (&element != vertices_ && &element != faces_)
       reading_.leave_out(element.count, fmt::format("element {}", element.name),

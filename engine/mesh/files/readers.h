@@ -23,6 +23,8 @@ struct Reading {
   /// What the file has and the mesh has not, each with its number: "texture coordinates of 8
   /// vertices".
   std::vector<std::string> left_out = {};
+  /// Whether some of it are numbers of vertices, which a PLY file can have as properties.
+  bool leaves_out_of_vertices = false;
 
   void warn(std::string text) const {
     if (warnings != nullptr) warnings->push_back(std::move(text));
@@ -32,6 +34,8 @@ struct Reading {
   /// "WHAT of NUMBER ONE" or "WHAT of NUMBER MANY"; nothing for 0.
   void leave_out_of(std::string_view what, std::uint64_t number, std::string_view one,
                     std::string_view many);
+  /// "WHAT of NUMBER vertices"; nothing for 0.
+  void leave_out_of_vertices(std::string_view what, std::uint64_t number);
 };
 
 AttributedMesh read_ply(Input& input, Reading& reading);

@@ -4,14 +4,12 @@
 #include <pthread.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <csignal>
-#include <functional>
 #include <vector>
 
 #include "base/caught.h"
@@ -24,21 +22,13 @@
 #include "plait/extend/file.h"
 #include "support/answering_operations.h"
 #include "support/error_of.h"
+#include "support/in_child.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
 namespace {
 
 using Kind = FileOperation::Kind;
-
-/// Whether `work` returns true in a child process, which it may change as it likes.
-bool in_child(const std::function<bool()>& work) {
-  const pid_t child = ::fork();
-  if (child == 0) ::_exit(work() ? 0 : 1);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
 
 }  // namespace
 
@@ -126,7 +116,7 @@ TEST_CASE("Preallocate_InterruptedWheneverItIsLong_EndsInPieces") {
 TEST_CASE("Preallocate_OnAFileSystemThatCannot_DoesNothing") {
   const TemporaryDirectory here;
   File file(here.path() / "f", OpenMode::kCreate);
-  for (const int error : {EOPNOTSUPP, EINVAL, ENOSYS}) {
+  for (const int error : {EOPNOTSUPP, EINVAL, ENOSYS, EPERM}) {
     const AnsweringOperations hook(Kind::kPreallocate, error);
     file.preallocate(1 << 20);
     CHECK(hook.answers() == 1);

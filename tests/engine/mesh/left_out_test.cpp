@@ -7,6 +7,7 @@
 using namespace plait;
 using namespace plait::mesh_files;
 using Catch::Contains;
+using Catch::EndsWith;
 
 namespace {
 
@@ -39,6 +40,8 @@ TEST_CASE("ReadObj_ColoursTextureAndTags_AreNamed") {
         "2 texture coordinates", "1 normal;", "2 tags (t crease and its like)", "2 groups",
         "1 object name;", "1 use of a material;", "1 material library", "1 line element", "PLY"})
     CHECK_THAT(text, Contains(part));
+  const std::string lines = left_out("c.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nf 1 2 3\n");
+  CHECK_THAT(lines, EndsWith("c.obj: left out: 1 line element"));
   CHECK(left_out("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\ns off\nf 1 2 3\n").empty());
 }
 
@@ -49,7 +52,10 @@ TEST_CASE("ReadOff_NumbersBesideAPosition_AreNamed") {
              Contains("colours of 3 vertices; colours of 1 face ("));
   CHECK_THAT(left_out("a.off", "OFF\n" + rest), Contains("colours of 3 vertices"));
   CHECK_THAT(left_out("a.off", "STNOFF\n" + rest),
-             Contains("texture coordinates and normals of 3 vertices"));
+             Contains("texture coordinates and normals of 3 vertices; ") && Contains("a PLY file"));
+  // No PLY file would keep numbers of faces.
+  CHECK_THAT(left_out("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n"),
+             EndsWith("left out: colours of 1 face"));
 }
 
 TEST_CASE("ReadPly_WhatIsNoAttribute_IsNamed") {
@@ -60,10 +66,14 @@ TEST_CASE("ReadPly_WhatIsNoAttribute_IsNamed") {
       "vertex1\nproperty int vertex2\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n"
       "3 0 1 2 6 0 0 1 0 0 1 0\n0 1\n1 2\n";
   const std::string with = left_out("a.ply", head);
-  for (const char* part : {"properties texcoord, texnumber of 1 face", "2 elements edge",
-                           "texture file skin.png", "scalar properties of vertices are kept"})
+  for (const char* part :
+       {"properties texcoord, texnumber of 1 face", "2 elements edge", "texture file skin.png"})
     CHECK_THAT(with, Contains(part));
-  CHECK_THAT(with, !Contains("red"));
+  CHECK_THAT(with, !Contains("red") && !Contains("are kept"));
+  CHECK_THAT(
+      left_out("c.ply", "ply\nformat ascii 1.0\n" + kPlyVertices + "property list uchar int of\n" +
+                            kPlyFaces + "end_header\n0 0 0 0\n1 0 0 0\n0 1 0 0\n3 0 1 2\n"),
+      Contains("of of 3 vertices (scalar properties of vertices are kept)"));
   const std::string without = left_out("a.ply", head, false);
   CHECK_THAT(without, Contains("properties red, green, blue of 3 vertices; ") &&
                           Contains("only positions and faces are read here"));

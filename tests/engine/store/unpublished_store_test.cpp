@@ -156,8 +156,8 @@ namespace {
 /// A file system that cannot exchange names, or refuses to rename one name.
 class OtherFileSystem final : public FileOperationHook {
  public:
-  explicit OtherFileSystem(std::filesystem::path unmovable = {})
-      : unmovable_(std::move(unmovable)) {
+  explicit OtherFileSystem(std::filesystem::path unmovable = {}, int error = EXDEV)
+      : unmovable_(std::move(unmovable)), error_(error) {
     set_file_operation_hook(this);
   }
   ~OtherFileSystem() { set_file_operation_hook(nullptr); }
@@ -165,12 +165,13 @@ class OtherFileSystem final : public FileOperationHook {
     if (operation.kind == FileOperation::Kind::kExchange) return {.error = EINVAL};
     const bool refused = operation.kind == FileOperation::Kind::kRename && !unmovable_.empty() &&
                          operation.path == unmovable_;
-    return {.error = refused ? EXDEV : 0};
+    return {.error = refused ? error_ : 0};
   }
   void after(const FileOperation&) noexcept override {}
 
  private:
   std::filesystem::path unmovable_;
+  int error_;
 };
 
 }  // namespace
@@ -197,18 +198,37 @@ TEST_CASE("ReplaceStore_WhoseDirectoryCannotBeRenamed_StaysBesideAndSaysSo") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
   const StoreUuid old = make_store(path);
-  const OtherFileSystem hook(path);
   StoreUuid made{};
   std::filesystem::path beside;
   {
     UnpublishedStore output(path, Existing::kReplace, {});
     made = make_store(output.make());
+    const OtherFileSystem hook(path);
     const Error error = error_of([&] { output.publish(true); });
     beside = output.path();
     CHECK_THAT(error.what(), Catch::Contains("complete and stays at " + beside.native()));
   }
   CHECK(uuid_of(path) == old);
   CHECK(uuid_of(beside) == made);
+}
+
+// moby/moby#25409, conda/conda#6711: a directory of a lower layer of an overlay. A mount point:
+// EBUSY.
+TEST_CASE("ReplaceStore_ThatCanHaveNoOtherName_IsRefusedBeforeTheWork") {
+  for (const int error_number : {EXDEV, EBUSY}) {
+    const TemporaryDirectory here;
+    const std::filesystem::path path = here.path() / "s.plait";
+    const StoreUuid old = make_store(path);
+    {
+      const OtherFileSystem hook(path, error_number);
+      UnpublishedStore output(path, Existing::kReplace, {});
+      const Error error = error_of([&] { output.make(); });
+      CHECK(error.code() == ErrorCode::kNotSupported);
+      CHECK_THAT(error.what(), Catch::Contains("remove it before"));
+    }
+    CHECK(uuid_of(path) == old);
+    CHECK(Directory(here.path()).names() == std::vector<std::string>{"s.plait"});
+  }
 }
 
 TEST_CASE("ReplaceStore_KilledBetweenTwoRenames_IsPutBackByTheNextRun") {

@@ -77,7 +77,8 @@ class Directory {
   /// Gives the entry `from` the name `to` in the directory `other`, on the same file system. With
   /// kRefuse, returns false if `to` is taken; a file system that cannot check and rename in one
   /// step does it in two. Errors: kNotSupported for kExchange on a file system that cannot exchange
-  /// names; kIo, kNoSpace.
+  /// names, and for a directory that cannot be renamed: one of a lower layer of an overlay, or a
+  /// mount point; kIo, kNoSpace.
   bool rename(const std::string& from, const Directory& other, const std::string& to,
               Renaming renaming = Renaming::kReplace) const;
 
