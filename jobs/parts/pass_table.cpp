@@ -149,7 +149,8 @@ Job pass_job() {
   table.bytes("memory", &PassArguments::budget_bytes,
               "Budget for blocks in memory; with OUT, half of it for each store");
   table.threads(&PassArguments::threads, "Threads that compute");
-  table.force(&PassArguments::existing);
+  table.force(&PassArguments::existing,
+              "Replace OUT if it is a store, when the new store is complete");
   return table.run(run);
 }
 
