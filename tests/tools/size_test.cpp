@@ -31,8 +31,9 @@ void check_refusal(const SizeWorkplace& here, const Outcome& outcome, const std:
   CHECK(outcome.status == 1);
   REQUIRE(outcome.json()["error"]["code"] == code);
   const std::string message = outcome.json()["error"]["message"];
-  for (const std::string& part : {std::string("found"), option})
-    CHECK(message.find(part) != std::string::npos);
+  const Names parts = code == "budget" ? Names{"needs", "found"} : Names{"expected", "found", "iB"};
+  for (const std::string& part : parts) CHECK(message.find(part) != std::string::npos);
+  CHECK(message.find(option) != std::string::npos);
   CHECK(here.names() == names);
 }
 
