@@ -71,6 +71,7 @@ void choose_options(const ConversionRequest& request, const Store& source,
     backend.check_pipelines(
         options.pipeline_of ? options.pipeline_of(info.schema) : *options.pipeline, info.schema);
   set_common_options(choices, options);
+  options.parallel_for = request.parallel_for;
 }
 
 }  // namespace
@@ -79,6 +80,7 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
                          const BackendRegistry& backends, const JobWatch& watch) {
   OpenOptions open;
   open.budget_bytes = request.budget_bytes / 2;
+  open.parallel_for = request.parallel_for;
   Store source = Store::open(request.from, open, source_backends);
   ConversionResult result;
   choose_options(request, source, backends, result);

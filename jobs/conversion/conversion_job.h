@@ -31,11 +31,12 @@ struct ConversionRequest {
   std::uint64_t block_bytes = 0;  ///< 0: as in the source
   /// The two stores share it.
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
-  int threads = 1;      ///< of `verify`
+  int threads = 1;                ///< of `verify`
+  ParallelFor parallel_for = {};  ///< as in StoreOptions
   bool verify = false;  ///< reads the copy back from the disk, and compares it with the source
   /// Called before the commit: changes the copy, whose levels are all there. Not with `verify`.
   std::function<void(Store& copy)> change = {};
-  const char* verb = "convert";  ///< begins messages
+  const char* verb = "convert";           ///< begins messages
   Existing existing = Existing::kRefuse;  ///< whether the copy may replace a store
 };
 

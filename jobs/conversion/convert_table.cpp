@@ -14,6 +14,7 @@ struct ConvertArguments : ConversionRequest {
 JobReport run_convert(ConvertArguments& arguments, const JobCall& call) {
   arguments.compression = compression_of(arguments.compress);
   arguments.max_errors = error_bounds_of(arguments.max_error);
+  arguments.parallel_for = call.parallel_for;
   const ConversionResult done = convert(arguments, call.open_backends, call.backends, call.watch);
   JobReport report = {{"from", arguments.from.string()},
                       {"store", done.store.string()},

@@ -66,6 +66,7 @@ MadePass make_pass(Store& store, const PassArguments& arguments, const JobWatch&
 
 JobReport run(PassArguments& arguments, const JobCall& call) {
   check_meaning(arguments, call.options);
+  arguments.parallel_for = call.parallel_for;
   Pass& pass = arguments.pass;
   pass.amplitude =
       arguments.amplitude.value_or(pass.name == "fractal" ? kFractalAmplitude : pass.amplitude);
@@ -81,7 +82,7 @@ JobReport run(PassArguments& arguments, const JobCall& call) {
     OpenOptions open;
     open.writable = true;
     open.budget_bytes = arguments.budget_bytes;
-    open.parallel_for = call.parallel_for;
+    open.parallel_for = arguments.parallel_for;
     if (call.watch.before_files) call.watch.before_files();
     Store store = Store::open(arguments.from, open, call.backends);
     tell_notices(store, call.watch.warn);

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -76,6 +77,30 @@ TEST_CASE("RunJob_Refusals_NameTheOptionThatAvoidsThem") {
           "convert",
           {{"input", store}, {"output", store + "2"}, {"backend", "pread"}, {"compress", "fast"}}),
       Catch::EndsWith("backend compressed (backend)"));
+}
+
+TEST_CASE("RunJob_PassAndConvert_ComputeOnThePoolOfTheProgram") {
+  const TemporaryDirectory here;
+  const std::string mesh = octahedron_in(here), store = (here.path() / "s").string(),
+                    copy = (here.path() / "c").string();
+  run_job("subdivide", {{"input", mesh}, {"output", store}, {"levels", "3"}});
+  int bodies = 0;
+  JobContext context;
+  context.parallel_for = [&](int count, const std::function<void(int)>& body) {
+    for (int i = 0; i < count; ++i, ++bodies) body(i);
+  };
+  const auto used = [&](std::string_view job, const JobOptions& options) {
+    bodies = 0;
+    run_job(job, options, {}, context);
+    return bodies;
+  };
+  CHECK(used("pass", {{"store", store}, {"kind", "smooth"}, {"threads", "2"}}) > 0);
+  CHECK(used("pass", {{"store", store}, {"kind", "noise"}, {"out", copy}, {"threads", "2"}}) > 0);
+  CHECK(used("convert", {{"input", store},
+                         {"output", copy},
+                         {"threads", "2"},
+                         {"verify", "true"},
+                         {"force", "true"}}) > 0);
 }
 
 TEST_CASE("RunJob_ThatChangesNothingYet_SaysSoBeforeTheFirstFile") {
