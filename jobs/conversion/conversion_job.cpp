@@ -9,6 +9,7 @@
 #include "conversion/read_back.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
+#include "plait/extend/store_access.h"
 #include "plait/store.h"
 #include "plait/store_info.h"
 #include "store/attribute_levels.h"

@@ -131,7 +131,7 @@ void check_options(const Store& store, MeshFormat format, const ExportRequest& r
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("export {}: {}", store.path().native(), what));
   };
-  if (request.colors != "" && request.colors != "srgb" && request.colors != "linear")
+  if (!request.colors.empty() && request.colors != "srgb" && request.colors != "linear")
     refuse(fmt::format("colors '{}', expected srgb or linear", text_for_message(request.colors)));
   if (request.up != "y" && request.up != "z")
     refuse(fmt::format("up '{}', expected y or z", text_for_message(request.up)));
