@@ -784,11 +784,11 @@ PLAIT_API void plait_text_release(plait_text* text);
  * no job has. */
 PLAIT_API plait_status plait_job_options(const char* job, plait_text** options);
 /* Runs a job: "subdivide", "plan", "part", "join", "import", "remesh", "export", "convert",
- * "check", "compare", "pass", as the command of the program with this name does. Its options are those of
- * the command, each a text NAME=VALUE: "levels=5", "compress=@6=fast"; NAME alone for one that the
- * command takes without a value: "normals". What the command takes without a name is "input=..."
- * and "output=...". Sizes may have a unit: "64MiB". threads=0, the default, stands for all
- * processors. `progress` and `warning` may be NULL. Sets *report to what the job did, a JSON
+ * "check", "compare", "pass", as the command of the program with this name does. Its options are
+ * those of the command, each a text NAME=VALUE: "levels=5", "compress=@6=fast"; NAME alone for one
+ * that the command takes without a value: "normals". What the command takes without a name is
+ * "input=..." and "output=...". Sizes may have a unit: "64MiB". threads=0, the default, stands for
+ * all processors. `progress` and `warning` may be NULL. Sets *report to what the job did, a JSON
  * object: that of the command with
  * --json; `report` may be NULL. After an error or a cancel, nothing half-made is left; with the
  * option resume the last commit stays. Errors: INVALID_ARGUMENT for an option that the job does not
