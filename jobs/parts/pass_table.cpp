@@ -37,7 +37,7 @@ void check_meaning(const PassArguments& arguments, const JobOptions& options) {
   };
   if (arguments.to.empty())
     refuse_any({"backend", "compress", "block", "force"},
-               "this is an option of a copy, without OUT");
+               "this is an option of the copy, and without OUT there is none");
   const std::string& kind = arguments.pass.name;
   if (kind != "smooth") refuse_any({"factor"}, "this is an option of smooth");
   if (kind != "noise" && kind != "fractal")
