@@ -35,9 +35,13 @@ void check_meaning(const PassArguments& arguments, const JobOptions& options) {
       if (std::ranges::any_of(options, [&](const auto& option) { return option.first == name; }))
         throw JobError(ErrorCode::kInvalidArgument, "pass: " + reason, name);
   };
-  if (arguments.to.empty())
-    refuse_any({"backend", "compress", "block", "force"},
+  if (arguments.to.empty()) {
+    if (arguments.existing == Existing::kReplace)
+      throw Error(ErrorCode::kInvalidArgument,
+                  "pass: expected the name of a store that force may replace, found none");
+    refuse_any({"backend", "compress", "block"},
                "this is an option of the copy, and without OUT there is none");
+  }
   const std::string& kind = arguments.pass.name;
   if (kind != "smooth") refuse_any({"factor"}, "this is an option of smooth");
   if (kind != "noise" && kind != "fractal")
