@@ -38,7 +38,8 @@ endforeach()
 
 # pkg-config modules that the static library needs, as name of ours=module.
 set(plait_static_modules
-  plait_xxhash=libxxhash plait_zstd=libzstd plait_lz4=liblz4 plait_highway=libhwy)
+  plait_xxhash=libxxhash plait_zstd=libzstd plait_lz4=liblz4 plait_highway=libhwy
+  plait_png=libpng)
 if(plait_liburing_FOUND)
   list(APPEND plait_static_modules plait_liburing=liburing)
 endif()

@@ -42,7 +42,8 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "${plait_runtime} (= ${PROJECT_VERSION})")
 # Only who links the static library needs them.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "pkg-config, libboost-iostreams-dev, libtbb-dev, \
-libfmt-dev, libzstd-dev, liblz4-dev, libxxhash-dev, libhwy-dev, liburing-dev")
+libfmt-dev, libzstd-dev, liblz4-dev, libxxhash-dev, libhwy-dev, libpng-dev,\
+ liburing-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "${PROJECT_DESCRIPTION} (development files)
 ${plait_about}
 This package has what a compiler needs: headers, the static library, a CMake

@@ -17,6 +17,8 @@ const std::vector<Job>& all_jobs() {
     made.push_back(export_job());
     made.push_back(convert_job());
     made.push_back(pass_job());
+    made.push_back(generate_job());
+    made.push_back(render_job());
     return made;
   }();
   return jobs;

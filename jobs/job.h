@@ -336,9 +336,11 @@ Job check_job();
 Job compare_job();
 Job convert_job();
 Job export_job();
+Job generate_job();
 Job import_job();
 Job pass_job();
 Job remesh_job();
+Job render_job();
 Job subdivide_job();
 
 PLAIT_END_NAMESPACE

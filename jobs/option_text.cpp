@@ -9,6 +9,7 @@
 #include <numeric>
 #include <string>
 
+#include "base/text.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -89,6 +90,13 @@ double parse_number(std::string_view text, double first, double last) {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("expected a number from {} to {}, found \"{}\"", first, last, text));
   return value;
+}
+
+void require_extension(std::string_view verb, const std::filesystem::path& path,
+                       std::string_view extension) {
+  if (lower_extension(path) != extension)
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("{} {}: expected a name that ends in {}",
+                                                         verb, path.native(), extension));
 }
 
 PLAIT_END_NAMESPACE

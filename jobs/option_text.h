@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string_view>
 
 #include "plait/detail/namespace.h"
@@ -20,5 +21,10 @@ std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std
 
 /// A number from `first` to `last`. Errors: kInvalidArgument for anything else.
 double parse_number(std::string_view text, double first, double last);
+
+/// Throws kInvalidArgument unless `path` ends in `extension`, in upper or lower case. `extension`
+/// is in lower case. The message begins with `verb`.
+void require_extension(std::string_view verb, const std::filesystem::path& path,
+                       std::string_view extension);
 
 PLAIT_END_NAMESPACE

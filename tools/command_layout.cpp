@@ -15,7 +15,7 @@
 #include "interrupt.h"
 #include "json_text.h"
 #include "measure.h"
-#include "picture/span_diagram.h"
+#include "span_diagram.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "store/new_output.h"

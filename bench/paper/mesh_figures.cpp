@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "picture/span_diagram.h"
+#include "span_diagram.h"
 
 namespace plait::paper {
 namespace {

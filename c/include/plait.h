@@ -784,16 +784,17 @@ PLAIT_API void plait_text_release(plait_text* text);
  * no job has. */
 PLAIT_API plait_status plait_job_options(const char* job, plait_text** options);
 /* Runs a job: "subdivide", "plan", "part", "join", "import", "remesh", "export", "convert",
- * "check", "compare", "pass", as the command of the program with this name does. Its options are
- * those of the command, each a text NAME=VALUE: "levels=5", "compress=@6=fast"; NAME alone for one
- * that the command takes without a value: "normals". What the command takes without a name is
- * "input=..." and "output=...". Sizes may have a unit: "64MiB". threads=0, the default, stands for
- * all processors. `progress` and `warning` may be NULL. Sets *report to what the job did, a JSON
- * object: that of the command with
- * --json; `report` may be NULL. After an error or a cancel, nothing half-made is left; with the
- * option resume the last commit stays. Errors: INVALID_ARGUMENT for an option that the job does not
- * have, with those that it has, for a value that the option does not take, and for what the job
- * refuses; CANCELLED, BUDGET, OUT_OF_MEMORY before the work, IO, NO_SPACE, and those of reading. */
+ * "check", "compare", "pass", "generate", "render", as the command of the program with this name
+ * does. Its options are those of the command, each a text NAME=VALUE: "levels=5",
+ * "compress=@6=fast"; NAME alone for one that the command takes without a value: "normals". What
+ * the command takes without a name has the name of its --help in small letters: "input=...",
+ * "store=...". Sizes may have a unit: "64MiB". threads=0, the default, stands for all processors.
+ * `progress` and `warning` may be NULL. Sets *report to what the job did, a JSON object: that of
+ * the command with --json; `report` may be NULL. After an error or a cancel, nothing half-made is
+ * left; with the option resume the last commit stays. Errors: INVALID_ARGUMENT for an option that
+ * the job does not have, with those that it has, for a value that the option does not take, and for
+ * what the job refuses; CANCELLED, BUDGET, OUT_OF_MEMORY before the work, IO, NO_SPACE, and those
+ * of reading. */
 PLAIT_API plait_status plait_job_run(const char* job, const char* const* options, uint64_t count,
                                      plait_progress progress, plait_warning warning, void* user,
                                      plait_text** report);

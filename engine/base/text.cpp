@@ -29,6 +29,14 @@ std::string size_text(std::uint64_t bytes) {
   return std::to_string(bytes);
 }
 
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  });
+  return extension;
+}
+
 std::string text_for_message(std::string_view text) {
   std::string shown(text.substr(0, 100));
   std::ranges::replace_if(

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,6 +21,9 @@ std::string format_bytes(std::uint64_t bytes);
 /// The exact number with the largest unit that divides it: "1MiB", "65537". The program accepts
 /// this text as a size.
 std::string size_text(std::uint64_t bytes);
+
+/// The extension of `path` in lower case: ".ply" of "BUNNY.PLY".
+std::string lower_extension(const std::filesystem::path& path);
 
 /// At most the first 100 characters, with a question mark for each that is not printable ASCII: a
 /// message is one line, and a terminal may take other bytes for commands.

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "base/text.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -20,13 +21,6 @@ constexpr KnownFormat kFormats[] = {
     {MeshFormat::kStl, "STL", ".stl", true},   {MeshFormat::kOff, "OFF", ".off", true},
     {MeshFormat::kVtp, "VTK", ".vtp", false},  {MeshFormat::kPvtp, "VTK", ".pvtp", false},
     {MeshFormat::kGlb, "glTF", ".glb", false}, {MeshFormat::kGltf, "glTF", ".gltf", false}};
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
-}
 
 }  // namespace
 

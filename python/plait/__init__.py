@@ -20,7 +20,8 @@ from .errors import (AlreadyExists, BadState, Busy, Cancelled, Damaged, Error, I
                      InternalError, InvalidArgument, NoSpace, NoSuchAttribute, NoSuchLevel, NotFound,
                      NotSupported, OutOfMemory, TooLarge)
 from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, check,
-                   compare, convert, export, import_mesh, join, part, plan, remesh, run_pass, subdivide,
+                   compare, convert, export, generate, import_mesh, join, part, plan, remesh, render,
+                   run_pass, subdivide,
                    verify)
 from .mesh import Mesh, triangles
 from .store import Store
@@ -52,6 +53,6 @@ __all__ = [
     "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "Input", "InputOutputError", "InternalError",
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NoSuchLevel", "NotFound",
     "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
-    "VerifyReport", "Vertices", "build_info", "check", "compare", "convert", "create", "export", "import_mesh", "join", "load_plugin",
-    "open", "part", "plan", "remesh", "run_pass", "subdivide",
+    "VerifyReport", "Vertices", "build_info", "check", "compare", "convert", "create", "export", "generate", "import_mesh", "join", "load_plugin",
+    "open", "part", "plan", "remesh", "render", "run_pass", "subdivide",
     "triangles", "verify"]

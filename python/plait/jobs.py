@@ -274,6 +274,10 @@ export = _job("export", "export", dict,
 run_pass = _job("pass", "run_pass", dict,
                 """Smooths or moves the vertices of a store, or makes normals anew, as `plait pass` does: a dict, that
     of --json. Without `out` the commit makes the next version of the store.""")
+generate = _job("generate", "generate", dict,
+                """Makes a base mesh from a seed, as `plait generate` does: a dict, that of --json.""")
+render = _job("render", "render", dict,
+              """Draws one level of a store as a PNG, as `plait render` does: a dict, that of --json.""")
 plan = _job("plan", "plan", dict,
             """Cuts a subdivision, or a pass over a store in shards, into parts that many machines can make, as
     `plait plan` does: a dict, that of --json.""")

@@ -47,7 +47,8 @@ def in_cpp():
 
 
 def test_there_are_jobs():
-    assert {"subdivide", "plan", "part", "join", "import", "remesh", "convert", "check", "compare", "pass"} <= set(JOBS)
+    assert {"subdivide", "plan", "part", "join", "import", "remesh", "convert", "check", "compare", "pass",
+            "generate", "render"} <= set(JOBS)
 
 
 def test_jobs_of_cpp_are_those_of_c():
@@ -95,3 +96,23 @@ def test_stub_has_the_options(job):
     names = re.findall(r"(\w+): ", line.group(1))
     assert sorted(names) == sorted([python_name(name) for name in JOBS[job]]
                                    + ["progress", "warn"])
+
+
+def test_generate_and_render_make_the_files_of_the_program(tmp_path):
+    program = os.environ["PLAIT_PROGRAM"]
+    told = []
+    made = plait.generate("open-sheet", tmp_path / "a.ply", vertices=500, seed=3,
+                          progress=lambda *each: told.append(each))
+    assert made["vertices"] == 500 and made["kind"] == "open-sheet" and made["seed"] == 3
+    assert [done for _, done, _ in told] == sorted(done for _, done, _ in told) and told
+    subprocess.run([program, "generate", "open-sheet", tmp_path / "b.ply", "--vertices", "500", "--seed", "3"],
+                   check=True, stdout=subprocess.DEVNULL)
+    assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
+    with pytest.raises(plait.AlreadyExists):
+        plait.generate("torus", tmp_path / "a.ply", vertices=500)
+    plait.subdivide(tmp_path / "a.ply", tmp_path / "s.plait", levels=2)
+    drawn = plait.render(tmp_path / "s.plait", tmp_path / "a.png", size="160x120", view="10,60", up="z")
+    assert (drawn["width"], drawn["height"], drawn["level"]) == (160, 120, 2)
+    subprocess.run([program, "render", tmp_path / "s.plait", tmp_path / "b.png", "--size", "160x120",
+                    "--view", "10,60", "--up", "z"], check=True, stdout=subprocess.DEVNULL)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()

@@ -259,3 +259,12 @@ def test_check_says_what_is_wrong_and_changes_nothing(tmp_path):
     assert found["merged_vertices"] == 8 and found["found"]["clean"]
     assert found["repaired"]["border_edges"] == 0
     assert os.listdir(tmp_path) == ["m.ply"]
+
+
+def test_a_cancelled_picture_leaves_no_file(tmp_path):
+    mesh = write_ply(tmp_path / "m.ply", icosahedron())
+    plait.subdivide(mesh, tmp_path / "s.plait", levels=1)
+    with pytest.raises(plait.Cancelled):
+        plait.render(tmp_path / "s.plait", tmp_path / "a.png", size="64x64",
+                     progress=lambda *_: False)
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["m.ply", "s.plait"]

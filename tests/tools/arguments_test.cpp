@@ -91,25 +91,6 @@ TEST_CASE("SizeText_AnySize_ReadsBack") {
   CHECK(size_text(1 << 20) == "1MiB");
 }
 
-TEST_CASE("ParsePictureSize_TextOfAnyKind_IsASizeOrRefused") {
-  CHECK(parse_picture_size("640x480").width == 640);
-  CHECK(parse_picture_size("1x8192").height == 8192);
-  for (const char* text : {"", "640", "640x", "x480", "640x0", "0x480", "-1x5", "640x480x2",
-                           "8193x10", "640X480", "640 x480", "99999999999x1"}) {
-    CAPTURE(text);
-    CHECK_THROWS_AS(parse_picture_size(text), Error);
-  }
-}
-
-TEST_CASE("ParseView_TextOfAnyKind_IsAViewOrRefused") {
-  CHECK(parse_view("-30,20.5").azimuth == -30);
-  CHECK(parse_view("-30,20.5").elevation == 20.5);
-  for (const char* text : {"", "30", "30,", ",20", "30,91", "361,0", "nan,0", "0,inf", "1,2,3"}) {
-    CAPTURE(text);
-    CHECK_THROWS_AS(parse_view(text), Error);
-  }
-}
-
 TEST_CASE("FormatCount_AnyCount_HasGroupsOfThree") {
   CHECK(format_count(0) == "0");
   CHECK(format_count(999) == "999");

@@ -20,10 +20,10 @@ set -euo pipefail
 
 library_packages=(
   g++ cmake make pkg-config libboost-iostreams-dev libtbb-dev libfmt-dev
-  libzstd-dev liblz4-dev libxxhash-dev liburing-dev libhwy-dev nlohmann-json3-dev
+  libzstd-dev liblz4-dev libxxhash-dev liburing-dev libhwy-dev libpng-dev nlohmann-json3-dev
 )
 build_packages=(
-  "${library_packages[@]}" ninja-build ccache zlib1g-dev libpng-dev libcli11-dev
+  "${library_packages[@]}" ninja-build ccache zlib1g-dev libcli11-dev
 )
 tests_packages=(
   catch2 python3-numpy python3-pytest python3-dask python3-matplotlib python3-meshio assimp-utils

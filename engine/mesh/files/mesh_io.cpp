@@ -4,10 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <new>
 #include <stdexcept>
 
+#include "base/text.h"
 #include "mesh/connectivity.h"
 #include "mesh/files/readers.h"
 #include "plait/error.h"
@@ -16,12 +16,6 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 using Reader = AttributedMesh (*)(Input&, Reading&);
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
 
 /// The extension of the format, without that of the compression.
 std::string format_extension(const std::filesystem::path& path) {
