@@ -15,9 +15,9 @@
 #include "interrupt.h"
 #include "json_text.h"
 #include "measure.h"
-#include "span_diagram.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "span_diagram.h"
 #include "store/new_output.h"
 
 namespace plait {
