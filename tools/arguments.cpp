@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <thread>
 
 #include "base/text.h"
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/pipeline_registry.h"
+#include "plait/progress.h"
 #include "plait/registry.h"
 
 namespace plait {
@@ -24,9 +24,18 @@ Option* add_size_option(CommandLine& command, const std::string& name, std::uint
 }
 
 Option* add_threads_option(CommandLine& command, int& threads, const std::string& description) {
-  constexpr int kMostThreads = 1024;
-  return add_whole_option(command, "--threads", threads, 1, kMostThreads, description)
-      ->default_str(std::to_string(threads));
+  constexpr std::uint64_t kMostThreads = 1024;
+  threads = thread_count(0, "threads");
+  return command
+      .add_parsed_option(
+          "--threads",
+          [&threads](const std::string& text) {
+            threads = thread_count(static_cast<int>(parse_whole_number(text, 0, kMostThreads)),
+                                   "threads");
+          },
+          description + "; 0: all processors")
+      ->type_name("N")
+      ->default_str("0");
 }
 
 Option* add_level_option(CommandLine& command, int& level, const std::string& description) {
@@ -97,10 +106,6 @@ std::string backend_help(const BackendRegistry& backends) {
   for (const std::string& name : backends.names())
     text += fmt::format("  {:<12} {}\n", name, backends.find(name).summary);
   return text;
-}
-
-int default_thread_count() {
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 }  // namespace plait

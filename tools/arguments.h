@@ -21,7 +21,7 @@ Option* add_size_option(CommandLine& command, const std::string& name, std::uint
 template <class Number>
 Option* add_whole_option(CommandLine& command, const std::string& name, Number& value,
                          std::uint64_t first, std::uint64_t last, const std::string& description);
-/// --threads N, 1 to 1024.
+/// --threads N, 0 to 1024. `threads` becomes thread_count(N), with 0 as the default.
 Option* add_threads_option(CommandLine& command, int& threads, const std::string& description);
 /// --level K, 0 to kMaxLevel. A command uses the finest level if the option is not given (-1).
 Option* add_level_option(CommandLine& command, int& level, const std::string& description);
@@ -39,8 +39,6 @@ std::string max_error_help();
 Option* add_json_option(CommandLine& command, CommandContext& context);
 /// The text for --help: a line for each backend of the registry.
 std::string backend_help(const BackendRegistry& backends);
-/// hardware_concurrency, or 1 if that is unknown.
-int default_thread_count();
 
 template <class Number>
 Option* add_whole_option(CommandLine& command, const std::string& name, Number& value,

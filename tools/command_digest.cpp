@@ -23,7 +23,7 @@ struct DigestArguments {
   std::filesystem::path store;
   int level = -1;
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
-  int threads = default_thread_count();
+  int threads = 1;
 };
 
 int run_digest(const DigestArguments& arguments, const CommandContext& context) {

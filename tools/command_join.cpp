@@ -15,9 +15,10 @@ namespace plait {
 namespace {
 
 std::string join_text(const nlohmann::ordered_json& report) {
-  return fmt::format("{}: version {}, {:.2f} s\n{}\n", report["store"].get<std::string>(),
-                     report["version"].get<std::uint64_t>(), report["seconds"].get<double>(),
-                     report["digest"].get<std::string>());
+  return fmt::format("{}: version {}{}, {:.2f} s\n{}\n", report["store"].get<std::string>(),
+                     report["version"].get<std::uint64_t>(),
+                     report["was_joined"].get<bool>() ? " was joined before" : "",
+                     report["seconds"].get<double>(), report["digest"].get<std::string>());
 }
 
 /// The parts that are missing or damaged, as an array job takes them.

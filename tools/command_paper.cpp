@@ -144,7 +144,6 @@ void add_output(CommandLine& command, PaperArguments& arguments) {
 
 void add_paper_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<PaperArguments>();
-  arguments->request.threads = default_thread_count();
   CommandLine* command = program.add_subcommand(
       "paper", "The tables and figures of the paper that plait is made after, beside our own");
   add_what(*command, *arguments);

@@ -37,7 +37,7 @@ struct TuneArguments {
   std::string goal = "read";
   double seconds = 60;
   std::uint64_t memory_bytes = StoreOptions().budget_bytes;
-  int threads = default_thread_count();
+  int threads = 1;
   bool normals = false, apply = false, force = false;
 };
 

@@ -231,15 +231,13 @@ int report_join(const JoinResult& joined, const std::filesystem::path& plan,
                 const std::filesystem::path& store, double seconds, bool json) {
   if (!joined.has_store) return report_incomplete(plan, joined, json);
   if (!json) {
-    print(fmt::format("{}: version {}, {:.2f} s\n{}\n", store.native(), joined.version, seconds,
-                      joined.digest));
+    print(fmt::format("{}: version {}{}, {:.2f} s\n{}\n", store.native(), joined.version,
+                      joined.was_joined ? " was joined before" : "", seconds, joined.digest));
     return kExitDone;
   }
-  const nlohmann::ordered_json report = {{"plan", plan.string()},
-                                         {"store", store.string()},
-                                         {"version", joined.version},
-                                         {"digest", joined.digest},
-                                         {"seconds", seconds}};
+  const nlohmann::ordered_json report = {
+      {"plan", plan.string()},   {"store", store.string()},         {"version", joined.version},
+      {"digest", joined.digest}, {"was_joined", joined.was_joined}, {"seconds", seconds}};
   print(json_text(report));
   return kExitDone;
 }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/caught.h"
+#include "base/control_groups.h"
 #include "plait/error.h"
 #include "plait/progress.h"
 
@@ -108,7 +109,7 @@ int thread_count(int threads, std::string_view work) {
                 fmt::format("{}: {} threads, expected 1 to {}, or 0 for all processors", work,
                             threads, kMost));
   if (threads > 0) return threads;
-  return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMost);
+  return usable_processors();
 }
 
 PLAIT_END_NAMESPACE

@@ -12,11 +12,11 @@
 #include <fstream>
 #include <limits>
 #include <random>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
 
+#include "base/control_groups.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -45,41 +45,20 @@ std::uint64_t difference(std::uint64_t limit, std::uint64_t used) {
   return limit == kAny ? kAny : limit - std::min(limit, used);
 }
 
-/// The free bytes of `group` and of all groups that contain it, up to `root`: the minimum of them.
-/// Page cache counts as free, because the kernel drops it when a process needs memory.
-std::uint64_t left_in_groups(const fs::path& root, const fs::path& group, const char* limit,
-                             const char* usage, std::string_view file_prefix) {
-  std::uint64_t left = kAny;
-  for (fs::path at = group;; at = at.parent_path()) {
-    const fs::path directory = root / at.relative_path();
-    const std::uint64_t bytes = number_in(directory / limit);
-    if (bytes != kAny) {
-      std::uint64_t of_files = 0;
-      for (const char* kind : {"inactive_file", "active_file"})
-        of_files += number_after(directory / "memory.stat", std::string(file_prefix) + kind, 0);
-      const std::uint64_t used = number_in(directory / usage);
-      left = std::min(left, difference(bytes, used == kAny ? 0 : used - std::min(used, of_files)));
-    }
-    if (!at.has_relative_path()) return left;
-  }
-}
-
+/// The free bytes of the process's groups: the minimum of them. Page cache counts as free, because
+/// the kernel drops it when a process needs memory.
 std::uint64_t left_in_memory_groups() {
-  const fs::path mounted = "/sys/fs/cgroup";
   std::uint64_t left = kAny;
-  std::ifstream groups("/proc/self/cgroup");
-  for (std::string line; std::getline(groups, line);) {
-    // "HIERARCHY:CONTROLLERS:PATH"; version 2 is hierarchy 0 without controllers.
-    std::istringstream parts(line);
-    std::string hierarchy, controllers, path;
-    std::getline(parts, hierarchy, ':');
-    std::getline(parts, controllers, ':');
-    std::getline(parts, path);
-    if (hierarchy == "0" && controllers.empty())
-      left = std::min(left, left_in_groups(mounted, path, "memory.max", "memory.current", ""));
-    else if (("," + controllers + ",").find(",memory,") != std::string::npos)
-      left = std::min(left, left_in_groups(mounted / "memory", path, "memory.limit_in_bytes",
-                                           "memory.usage_in_bytes", "total_"));
+  for (const auto& [directory, is_version_2] : control_groups("memory")) {
+    const std::uint64_t bytes =
+        number_in(directory / (is_version_2 ? "memory.max" : "memory.limit_in_bytes"));
+    if (bytes == kAny) continue;
+    std::uint64_t of_files = 0;
+    for (const std::string kind : {"inactive_file", "active_file"})
+      of_files += number_after(directory / "memory.stat", is_version_2 ? kind : "total_" + kind, 0);
+    const std::uint64_t used =
+        number_in(directory / (is_version_2 ? "memory.current" : "memory.usage_in_bytes"));
+    left = std::min(left, difference(bytes, used == kAny ? 0 : used - std::min(used, of_files)));
   }
   return left;
 }

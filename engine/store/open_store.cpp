@@ -5,8 +5,8 @@
 #include <array>
 #include <random>
 #include <system_error>
-#include <thread>
 
+#include "base/control_groups.h"
 #include "base/damage.h"
 #include "format/file_names.h"
 #include "io/locks.h"
@@ -182,8 +182,7 @@ std::vector<std::string> notices(const Store& store) {
 }
 
 void Store::Implementation::make_ready() {
-  const auto processors =
-      static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+  const int processors = std::min(usable_processors(), 64);
   const int io_threads = options.io_threads.value_or(processors);
   open_volume(std::max(processors, io_threads));
   StoreEvents of_blocks = options.events;

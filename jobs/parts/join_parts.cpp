@@ -16,6 +16,8 @@
 #include "parts/plan_file.h"
 #include "plait/error.h"
 #include "plait/extend/parts.h"
+#include "plait/store.h"
+#include "plait/verify.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -103,6 +105,21 @@ class Join {
   std::vector<DoneFile> parts_;
 };
 
+/// Reads every block of a store that an earlier join has made.
+void verify_joined(const JoinCall& call) {
+  OpenOptions open;
+  open.budget_bytes = call.options.budget_bytes;
+  const Store store = Store::open(call.store, open, call.backends);
+  const VerifyReport report = verify(store, call.options.progress);
+  if (report.damaged_count == 0) return;
+  const DamagedBlock& first = report.damaged.front();
+  throw Error(ErrorCode::kCorruption,
+              fmt::format("join {}: {} was joined before and has {} damaged blocks, the first in "
+                          "{} at level {}: {}",
+                          call.plan.native(), call.store.native(), report.damaged_count,
+                          first.attribute, first.level, first.reason));
+}
+
 }  // namespace
 
 std::string array_text(std::span<const std::uint32_t> numbers) {
@@ -136,8 +153,10 @@ JoinResult join_parts(const std::filesystem::path& path, const std::filesystem::
   Join join(directory, plan, call);
   work->check(call);
   join.look_at_parts(result, work->description());
-  if (options.verify && !join.parts().empty())
-    if (const auto blocks = work->blocks(call, join.parts())) join.verify(*blocks, result);
+  if (options.verify && work->is_joined())
+    verify_joined(call);
+  else if (options.verify && !join.parts().empty())
+    join.verify(*work->blocks(call, join.parts()), result);
   if (!result.missing.empty() || !result.bad.empty()) return result;
   work->commit(call, join.parts(), result.digest,
                [&](std::uint32_t part) { join.tell("files", part); });
@@ -147,6 +166,7 @@ JoinResult join_parts(const std::filesystem::path& path, const std::filesystem::
                     "another machine: {}; the store does not need the plan any more",
                     path.native(), others));
   result.has_store = true;
+  result.was_joined = work->is_joined();
   return result;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("join " + path.native());

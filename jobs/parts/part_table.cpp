@@ -50,7 +50,8 @@ JobReport run_join(JoinArguments& arguments, const JobCall& call) {
   return {{"plan", arguments.plan.string()},
           {"store", arguments.store.string()},
           {"version", joined.version},
-          {"digest", joined.digest}};
+          {"digest", joined.digest},
+          {"was_joined", joined.was_joined}};
 }
 
 }  // namespace

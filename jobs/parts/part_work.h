@@ -55,10 +55,12 @@ class PartWork {
 
   /// Whether the parts can become `call.store`. Holds the lock of a store that they change.
   virtual void check(const JoinCall& call) = 0;
+  /// Whether check() found that `call.store` has what the parts make: a join that ran before.
+  virtual bool is_joined() const = 0;
   /// What the done files of all parts have as description; empty: they only have the same one.
   virtual std::span<const std::byte> description() const { return {}; }
-  /// The blocks that the parts make; nothing if the store has them already. The work must outlive
-  /// them. REQUIRES: at least one part.
+  /// The blocks that the parts make. The work must outlive them. REQUIRES: at least one part;
+  /// !is_joined().
   virtual std::unique_ptr<PartBlocks> blocks(const JoinCall& call,
                                              const std::vector<DoneFile>& parts) = 0;
   /// Makes the store of all parts, which add up to `digest`. `tell` is called with the number of

@@ -125,6 +125,7 @@ class PassWork : public PartWork {
   ComputedPart compute(std::uint32_t part, const Directory& directory, const PartOptions& options,
                        const BackendRegistry& backends) const override;
   void check(const JoinCall& call) override;
+  bool is_joined() const override { return joined_->is_later; }
   std::span<const std::byte> description() const override { return joined_->seal; }
   std::unique_ptr<PartBlocks> blocks(const JoinCall& call,
                                      const std::vector<DoneFile>& parts) override;
@@ -180,7 +181,6 @@ void PassWork::check(const JoinCall& call) {
 }
 
 std::unique_ptr<PartBlocks> PassWork::blocks(const JoinCall& call, const std::vector<DoneFile>&) {
-  if (joined_->is_later) return nullptr;
   return std::make_unique<PartBlocks>(plan_, joined_->mesh, joined_->next, joined_->shards,
                                       joined_->version.find_backend(call.backends));
 }

@@ -33,6 +33,7 @@ class SubdivisionWork : public PartWork {
   ComputedPart compute(std::uint32_t part, const Directory& directory, const PartOptions& options,
                        const BackendRegistry& backends) const override;
   void check(const JoinCall& call) override;
+  bool is_joined() const override { return is_joined_; }
   std::unique_ptr<PartBlocks> blocks(const JoinCall& call,
                                      const std::vector<DoneFile>& parts) override;
   void commit(const JoinCall& call, const std::vector<DoneFile>& parts, const std::string& digest,
@@ -48,8 +49,10 @@ class SubdivisionWork : public PartWork {
                      const BackendRegistry& backends) const;
   void make_store(const std::filesystem::path& path, const std::vector<DoneFile>& parts,
                   const std::function<void(std::uint32_t)>& tell) const;
+  bool is_store_of_plan(const std::filesystem::path& path) const;
 
   // For a join.
+  bool is_joined_ = false;
   File base_;
   BaseMesh mesh_;
   VersionDescription description_;
@@ -123,7 +126,16 @@ void SubdivisionWork::check(const JoinCall& call) {
     throw Error(ErrorCode::kCorruption, fmt::format("join {}: {} is not that of the plan",
                                                     call.plan.native(), base_.path().native()))
         .about(base_.path());
-  UnpublishedStore::check(call.store, call.options.existing);
+  is_joined_ = call.options.existing == Existing::kRefuse && is_store_of_plan(call.store);
+  if (!is_joined_) UnpublishedStore::check(call.store, call.options.existing);
+}
+
+/// Whether an earlier join has made the store at `path`. Whatever else is there is for
+/// UnpublishedStore::check().
+bool SubdivisionWork::is_store_of_plan(const std::filesystem::path& path) const try {
+  return open_for_reading(open_store_directory(path)).manifest.uuid == plan_.plan.uuid;
+} catch (const Error&) {  // no store, or one that cannot be opened
+  return false;
 }
 
 std::unique_ptr<PartBlocks> SubdivisionWork::blocks(const JoinCall& call,
@@ -162,6 +174,7 @@ void SubdivisionWork::make_store(const std::filesystem::path& path,
 void SubdivisionWork::commit(const JoinCall& call, const std::vector<DoneFile>& parts,
                              const std::string& digest,
                              const std::function<void(std::uint32_t)>& tell) {
+  if (is_joined_) return;
   const JoinOptions& options = call.options;
   UnpublishedStore output(call.store, options.existing, options.warn);
   build_output(output, [&] {

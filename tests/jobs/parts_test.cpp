@@ -493,6 +493,54 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
   }
 }
 
+TEST_CASE("Join_RunAgain_FindsItsStoreAndChangesNothing") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  plan_parts(request_of(work, plan, 5), default_backends());
+  make_all(plan, 5);
+  const JoinResult first = join(plan, path);
+  REQUIRE(first.has_store);
+  CHECK_FALSE(first.was_joined);
+  const auto written = fs::last_write_time(path);
+  JoinOptions verify;
+  verify.verify = true;
+  for (const JoinOptions& options : {JoinOptions(), verify}) {
+    const JoinResult again = join(plan, path, options);
+    CHECK(again.has_store);
+    CHECK(again.was_joined);
+    CHECK(again.digest == first.digest);
+  }
+  CHECK(fs::last_write_time(path) == written);
+  SECTION("a block of the store is damaged, which only --verify reads") {
+    // The store has a file of its own: the part has the bytes of before.
+    const fs::path file = path / "attribute0.level02.1.shard4";
+    std::string bytes = bytes_of(file);
+    bytes[40] = static_cast<char>(bytes[40] ^ 1);
+    fs::remove(file);
+    std::ofstream(file, std::ios::binary) << bytes;
+    CHECK(join(plan, path).was_joined);
+    const Error error = error_of([&] { join(plan, path, verify); });
+    CHECK(error.code() == ErrorCode::kCorruption);
+    CHECK_THAT(error.what(), Catch::Contains("position at level 2"));
+  }
+  SECTION("the name belongs to another store, or to none") {
+    const fs::path other = here.path() / "other";
+    plan_parts(request_of(work, other, 5), default_backends());
+    make_all(other, 5);
+    CHECK(error_of([&] { join(other, path); }).code() == ErrorCode::kInvalidArgument);
+    fs::create_directory(here.path() / "none");
+    std::ofstream(here.path() / "none" / "notes") << "mine";
+    CHECK(error_of([&] { join(plan, here.path() / "none"); }).code() ==
+          ErrorCode::kInvalidArgument);
+  }
+  SECTION("--force makes it anew") {
+    JoinOptions force;
+    force.existing = Existing::kReplace;
+    CHECK_FALSE(join(plan, path, force).was_joined);
+  }
+}
+
 TEST_CASE("Part_ItsFiles_AreTheOnlyOnesItChanges") {
   const TemporaryDirectory here(Medium::kMemory);
   const Work work{write_mesh(here.path(), random_sheet(5, 60))};

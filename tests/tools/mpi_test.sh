@@ -58,7 +58,20 @@ expect 0 "${start[@]}" -n "$ranks" "$plait_mpi" many
 grep -q "1 of 21 parts by $ranks ranks, 20 were done before" printed || fail 'expected one new part'
 expect 0 "${start[@]}" -n "$ranks" "$plait_mpi" many many.plait --json
 grep -q "\"digest\": \"$digest\"" printed || fail "expected digest $digest"
-expect 2 "${start[@]}" -n 2 "$plait_mpi" many many.plait
+expect 0 "${start[@]}" -n 2 "$plait_mpi" many many.plait --json
+grep -q '"was_joined": true' printed || fail 'expected a store that was joined before'
+expect 2 "${start[@]}" -n 2 "$plait_mpi" many whole.plait
+grep -q 'whole.plait: it exists already' errors || fail 'expected that another store is refused'
+
+# A pass: its parts change the store of the plan, whose name is refused for another one.
+"$plait" pass whole.plait smooth smooth.plait >/dev/null
+"$plait" plan --pass smooth many.plait smooth.plan >/dev/null
+expect 2 "${start[@]}" -n 2 "$plait_mpi" smooth.plan one.plait
+expect 0 "${start[@]}" -n "$ranks" "$plait_mpi" smooth.plan many.plait
+expect 0 "${start[@]}" -n "$ranks" "$plait_mpi" smooth.plan many.plait
+"$plait" plan --pass normals many.plait normals.plan >/dev/null
+expect 0 "${start[@]}" -n "$ranks" "$plait_mpi" normals.plan many.plait
+[ "$("$plait" digest many.plait)" = "$("$plait" digest smooth.plait)" ] || fail 'expected the store of plait pass'
 
 # A rank whose parts fail again and again takes no more.
 new_plan failing 7

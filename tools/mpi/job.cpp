@@ -15,6 +15,8 @@
 #include "interrupt.h"
 #include "json_text.h"
 #include "plait/error.h"
+#include "plait/store.h"
+#include "plait/store_info.h"
 #include "progress.h"
 #include "report_text.h"
 
@@ -93,11 +95,22 @@ int join(const JobOptions& arguments, const BackendRegistry& backends) {
   return report_join(joined, arguments.plan, arguments.store, clock.seconds(), arguments.json);
 }
 
-PartsPlan begin(const JobOptions& options) {
-  if (!options.store.empty() && std::filesystem::exists(options.store))
+/// Refuses before the parts what the join would refuse after them.
+PartsPlan begin(const JobOptions& options, const BackendRegistry& backends) {
+  PartsPlan plan = read_parts_plan(options.plan);
+  if (options.store.empty()) return plan;
+  const bool is_there = std::filesystem::exists(options.store);
+  const auto is_its_own = [&] {
+    return Store::open(options.store, {}, backends).info().uuid == plan.uuid;
+  };
+  if (plan.pass && !is_its_own())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("pass {}: {} is another store than that of the plan",
+                            options.plan.native(), options.store.native()));
+  if (!plan.pass && is_there && !is_its_own())
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("create {}: it exists already", options.store.native()));
-  return read_parts_plan(options.plan);
+  return plan;
 }
 
 }  // namespace
@@ -113,7 +126,7 @@ void Job::run(const Ranks& ranks, const std::function<void()>& prepare) {
   const Stopwatch clock;
   try {
     prepare();
-    if (ranks.rank() == 0) plan_ = begin(options_);
+    if (ranks.rank() == 0) plan_ = begin(options_, backends_);
   } catch (...) {
     error_ = std::current_exception();
   }

@@ -154,7 +154,9 @@ PartResult make_part(const std::filesystem::path& plan, std::uint32_t part,
 
 /// Options of join_parts().
 struct JoinOptions {
-  bool verify = false;                    ///< reads every block first, and compares the digests
+  /// Reads every block first, and compares the digests; of a store that was joined before, reads
+  /// every block of the store.
+  bool verify = false;
   bool concat = false;                    ///< makes levels in one piece, which copies all bytes
   Existing existing = Existing::kRefuse;  ///< whether the store may replace a store
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
@@ -167,6 +169,7 @@ struct JoinResult {
   std::vector<std::uint32_t> missing, bad;  ///< ascending
   std::vector<std::string> reasons;         ///< one line for each of `bad`
   bool has_store = false;                   ///< nothing was missing or bad: the store is made
+  bool was_joined = false;                  ///< an earlier join had made it
   std::string digest;                       ///< the sum of the digests of the parts
   std::uint64_t version = 0;                ///< Store::sequence() of the store
   /// Both lists together, as array_text().
@@ -174,8 +177,11 @@ struct JoinResult {
 };
 
 /// Makes `store` of all parts. The files of the parts get a second name there (hard links); where
-/// that cannot be, they are copied. The plan stays as it is. After an error no store is left.
-/// Errors: those of UnpublishedStore; kCorruption for a damaged plan; kCancelled; kIo, kNoSpace.
+/// that cannot be, they are copied. The plan stays as it is. After an error no store is left. If
+/// `store` is the one that an earlier call has made of this plan, also if passes have changed it
+/// since, the call changes nothing.
+/// Errors: those of UnpublishedStore; kCorruption for a damaged plan, and with
+/// `verify` for a store that is damaged; kCancelled; kIo, kNoSpace.
 ///
 /// The parts of a pass become the next version of `store`, which is the store of the plan. One
 /// manifest commits it; readers keep their version. After an error the store has its version. The
