@@ -31,6 +31,7 @@ constexpr int kWindowLevels = 5;
 struct LayoutArguments {
   std::filesystem::path mesh, picture;
   std::string layout = "all";
+  bool force = false;
 };
 
 struct Measured {
@@ -122,6 +123,10 @@ LaidOutMesh lay_out_or_end(const BaseMesh& mesh, LayoutKind kind, const CommandC
 int run_layout(const LayoutArguments& arguments, const CommandContext& context) {
   const std::vector<LayoutKind> kinds = chosen_layouts(arguments.layout);
   if (!arguments.picture.empty()) require_extension("draw", arguments.picture, ".png");
+  const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
+  if (!arguments.picture.empty())
+    for (const LayoutKind kind : kinds)
+      UnpublishedFile::check(picture_path(arguments, kind), existing);
   const BaseMesh mesh = read_with_warnings(arguments.mesh, context);
   std::vector<Measured> layouts;
   for (const LayoutKind kind : kinds) {
@@ -130,7 +135,7 @@ int run_layout(const LayoutArguments& arguments, const CommandContext& context) 
     layouts.push_back({laid_out.kind, laid_out.spans, clock.seconds()});
     if (arguments.picture.empty()) continue;
     const std::filesystem::path path = picture_path(arguments, laid_out.kind);
-    make_new_file(path, Existing::kReplace, report_warning, [&](UnpublishedFile& output) {
+    make_new_file(path, existing, report_warning, [&](UnpublishedFile& output) {
       draw_span_diagram(laid_out.mesh, output.file());
     });
   }
@@ -154,6 +159,7 @@ void add_layout_command(CommandLine& program, CommandContext& context) {
       ->capture_default_str();
   add_output_option(*command, "--png", arguments->picture,
                     "Draw the span diagram; with several layouts, one NAME-LAYOUT.png for each");
+  command->add_flag("--force", arguments->force, "Replace pictures that exist");
   add_json_option(*command, context);
   command->footer(
       "The width of a stencil is the difference of its largest and smallest edge index. The span\n"

@@ -47,6 +47,24 @@ std::string limit_of(int error) {
   }
 }
 
+/// Moves a request that does nothing through the ring: some filters of system calls allow a ring
+/// and forbid its use. Returns 0 or a negative errno.
+int try_out(io_uring& ring) {
+  io_uring_sqe* const entry = ::io_uring_get_sqe(&ring);
+  if (entry == nullptr) return -EBUSY;
+  ::io_uring_prep_nop(entry);
+  int result = 0;
+  do result = ::io_uring_submit(&ring);
+  while (result == -EINTR || result == -EAGAIN);
+  if (result < 0) return result;
+  io_uring_cqe* completion = nullptr;
+  do result = ::io_uring_wait_cqe(&ring, &completion);
+  while (result == -EINTR || result == -EAGAIN);
+  if (result < 0) return result;
+  ::io_uring_cqe_seen(&ring, completion);
+  return 0;
+}
+
 void set_up(io_uring& ring) {
   // The kernel takes back the locked memory of a closed ring a little later.
   constexpr int kAttempts = 12;
@@ -59,6 +77,10 @@ void set_up(io_uring& ring) {
       if (result != -ENOMEM && result != -EAGAIN && result != -EINTR) break;
       std::this_thread::sleep_for(pause);
     }
+  }
+  if (result == 0) {
+    result = try_out(ring);
+    if (result < 0) ::io_uring_queue_exit(&ring);
   }
   if (result < 0)
     throw Error(ErrorCode::kNotSupported,
@@ -97,9 +119,11 @@ UringRing::~UringRing() {
       ::io_uring_sqe_set_data(entry, end_mark());
       if (hand_over(lock, *entry) == 0) break;
     }
+    if (is_refused_) break;
     submit_(&ring_);
     std::this_thread::yield();
   }
+  is_ending_ = true;
   lock.unlock();
   reaper_.join();
   ::io_uring_queue_exit(&ring_);
@@ -153,7 +177,15 @@ int UringRing::hand_over(std::unique_lock<std::mutex>& lock, io_uring_sqe& entry
 void UringRing::reap() noexcept {
   while (true) {
     io_uring_cqe* completion = nullptr;
-    if (::io_uring_wait_cqe(&ring_, &completion) != 0) continue;  // interrupted
+    if (const int result = ::io_uring_wait_cqe(&ring_, &completion); result != 0) {
+      if (result == -EINTR) continue;
+      // The kernel refuses to wait, as after a filter of system calls that the program has set
+      // since. Completions come all the same.
+      is_refused_ = true;
+      if (is_ending_) return;
+      std::this_thread::sleep_for(kPause);
+      continue;
+    }
     void* const data = ::io_uring_cqe_get_data(completion);
     const int result = completion->res;
     ::io_uring_cqe_seen(&ring_, completion);

@@ -3,6 +3,7 @@
 
 #include <liburing.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
@@ -63,6 +64,9 @@ class UringRing {
 
   io_uring ring_{};  ///< with the thread sanitizer see tools/dev/tsan/liburing.h
   Submit submit_;
+  /// `is_refused_`: the kernel refuses io_uring since the ring was made. Then no request can end
+  /// the thread, and `is_ending_` does.
+  std::atomic<bool> is_refused_ = false, is_ending_ = false;
   std::mutex mutex_;  ///< guards the submission side
   std::thread reaper_;
 };

@@ -22,9 +22,11 @@ namespace {
 
 using Kind = FileOperation::Kind;
 
-/// File systems without RENAME_NOREPLACE or RENAME_EXCHANGE fail with one of these.
+/// File systems without RENAME_NOREPLACE or RENAME_EXCHANGE fail with one of these, and so do
+/// filters of system calls. Where a name may not be changed (EPERM), the plain call fails too.
 bool is_unsupported(int errno_value) {
-  return errno_value == EINVAL || errno_value == ENOSYS || errno_value == ENOTSUP;
+  return errno_value == EINVAL || errno_value == ENOSYS || errno_value == ENOTSUP ||
+         errno_value == EPERM;
 }
 
 unsigned renaming_flags(Renaming renaming) {

@@ -169,9 +169,10 @@ void File::preallocate(std::uint64_t bytes) {
       interruptions = 0;
     } else if (errno == EINTR && ++interruptions < kMostInterruptions) {
       piece = std::max(kLeastPiece, piece / 2);
-    } else if (errno == EOPNOTSUPP || errno == EINVAL || errno == ENOSYS || errno == EPERM) {
-      // The file system cannot allocate, or a filter of system calls forbids it: a full disk is
-      // then an error of a later write.
+    } else if (errno == EOPNOTSUPP || errno == EINVAL || errno == ENOSYS || errno == EPERM ||
+               errno == EINTR) {
+      // The file system cannot allocate, a filter of system calls forbids it, or no piece fits
+      // between two signals: a full disk is then an error of a later write.
       return;
     } else {
       throw system_error("preallocate", path_.native(), errno);

@@ -17,10 +17,10 @@ namespace {
 constexpr int kNotSupportedByKernel = 524;  // ENOTSUPP, which errno.h does not have
 
 /// NFS answers EBADF for an exclusive lock of what is not open for writing, as a directory never
-/// is.
-bool means_no_locks(int error, bool exclusive) {
-  return (error == EBADF && exclusive) || error == ENOLCK || error == ENOSYS ||
-         error == EOPNOTSUPP || error == kNotSupportedByKernel;
+/// is, and file systems that know no locks EBADF or EINVAL; a filter of system calls EPERM.
+bool means_no_locks(int error) {
+  return error == EBADF || error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP ||
+         error == EINVAL || error == EPERM || error == kNotSupportedByKernel;
 }
 
 /// The file systems that several machines, or several mounts with locks of their own, can share.
@@ -54,7 +54,7 @@ bool take_lock(int descriptor, bool exclusive, const std::filesystem::path& path
     return true;
   const int error = errno;
   if (error == EWOULDBLOCK) return false;
-  if (means_no_locks(error, exclusive))
+  if (means_no_locks(error))
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("lock {}: its file system has no locks (flock)", path.native()))
         .about(path);

@@ -1,7 +1,8 @@
 // io/locks.h: locks of open files (flock), on file systems that have them and on others.
 //
 // NFS without lockd answers ENOLCK, Lustre without "-o flock" ENOSYS, some FUSE file systems
-// EOPNOTSUPP, DVS 524. File systems of networks may have locks that only one machine sees.
+// EOPNOTSUPP, DVS 524, a filter of system calls EPERM. File systems of networks may have locks that
+// only one machine sees.
 #pragma once
 
 #include <cstdint>

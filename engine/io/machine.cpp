@@ -94,8 +94,7 @@ std::uint64_t free_disk_bytes(const std::filesystem::path& path) {
   fs::path at = absolute_path(path);
   struct statvfs status {};
   while (::statvfs(at.c_str(), &status) != 0) {
-    if ((errno != ENOENT && errno != ENOTDIR) || !at.has_relative_path())
-      throw system_error("read the free space of", at.native(), errno);
+    if ((errno != ENOENT && errno != ENOTDIR) || !at.has_relative_path()) return kAny;
     at = at.parent_path();
   }
   return static_cast<std::uint64_t>(status.f_bavail) * status.f_frsize;

@@ -21,7 +21,8 @@ std::filesystem::path absolute_path(const std::filesystem::path& path);
 std::uint64_t available_memory_bytes();
 
 /// Free bytes that a process without root privileges may use on the file system of `path`. If
-/// `path` does not exist, the nearest existing directory above it counts. Errors: kIo.
+/// `path` does not exist, the nearest existing directory above it counts. 2^64 - 1 if the system
+/// does not tell: then a full disk is an error of a write. Errors: as absolute_path().
 std::uint64_t free_disk_bytes(const std::filesystem::path& path);
 
 /// The size in bytes of the largest file that this process may write (RLIMIT_FSIZE). 2^64 - 1 means

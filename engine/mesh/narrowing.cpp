@@ -103,9 +103,11 @@ ComponentType precision_for(std::span<const Vector3<double>> positions,
   const Narrowing narrowing = narrowing_of(positions, faces);
   if (!narrowing.harms()) return ComponentType::kFloat32;
   if (asked) {
-    warnings.push_back(
+    const std::string harm =
         fmt::format("{}: float32 {}: precision float64, or auto, keeps the positions", source,
-                    harm_text(narrowing)));
+                    harm_text(narrowing));
+    if (narrowing.outside > 0) throw Error(ErrorCode::kInvalidArgument, harm);
+    warnings.push_back(harm);
     return ComponentType::kFloat32;
   }
   warnings.push_back(

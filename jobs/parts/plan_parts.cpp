@@ -66,18 +66,18 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   check_request(request);
   PlanFile file;
   PartsPlan& plan = file.plan;
-  const AttributeSchema position{"position", request.precision, 3};
-  const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};
   plan.backend = request.pipeline_of ? "compressed" : "pread";
   const RegisteredBackend& backend = backends.find(plan.backend);
+  check_new_directory(request.plan);
+  BaseMesh mesh = read_base_mesh(request.mesh, &plan.warnings);
+  file.precision = precision_for(mesh.positions(), mesh.faces(), request.precision,
+                                 request.mesh.native(), plan.warnings);
+  const AttributeSchema position{"position", file.precision, 3};
+  const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};
   if (request.pipeline_of) {
     file.position_pipeline = pipeline_text(request, backend, position);
     if (request.normals) file.normal_pipeline = pipeline_text(request, backend, normal);
   }
-  check_new_directory(request.plan);
-  BaseMesh mesh = read_base_mesh(request.mesh, &plan.warnings);
-  (void)precision_for(mesh.positions(), mesh.faces(), request.precision, request.mesh.native(),
-                      plan.warnings);
   plan.vertices = counts_at_level(mesh, request.levels).vertices;
   plan.levels = request.levels;
   plan.base_level = rebase_levels(request.levels, position.record_bytes(),
@@ -89,7 +89,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
         fmt::format("plan parts: level {} is {} levels over the base mesh, expected 1 to {} "
                     "(--max-slot)",
                     plan.levels, over_base, kMostFusedLevels));
-  if (plan.base_level > 0) mesh = rebase(mesh, plan.base_level, request.scheme, request.precision);
+  if (plan.base_level > 0) mesh = rebase(mesh, plan.base_level, request.scheme, file.precision);
   LaidOutMesh laid_out = lay_out(mesh, request.layout);
   mesh = std::move(laid_out.mesh);
   if (request.parts > mesh.edge_count() || request.parts > kMostShards)
@@ -105,7 +105,6 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   file.face_count = mesh.face_count();
   file.scheme = to_string(request.scheme);
   file.layout = to_string(laid_out.kind);
-  file.precision = request.precision;
   file.normals = request.normals;
   file.limit = request.limit;
   file.block_bytes = request.block_bytes;

@@ -169,12 +169,8 @@ void add_subdivision_options(JobTable<PlanArguments>& table) {
         arguments.scheme = scheme_from_name(name);
       },
       fmt::format("The scheme; default {}", to_string(Scheme())));
-  table.choice(
-      "precision", {"float32", "float64"},
-      [](PlanArguments& arguments, const std::string& name) {
-        arguments.precision = name == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
-      },
-      "Type of the positions; default float32");
+  table.precision(&PlanArguments::precision,
+                  "Type of the positions; auto: float32, or float64 where that would move them");
   table.flag("normals", &PlanArguments::normals, "Also compute unit normals");
   table.flag("limit", &PlanArguments::limit,
              "Project positions to the limit surface, if the scheme has one");

@@ -27,6 +27,7 @@ struct RenderArguments {
   std::string color_by;
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
   int threads = 1;
+  Existing existing = Existing::kRefuse;
 };
 
 struct Drawn {
@@ -60,7 +61,7 @@ Drawn draw(Store& store, int level, const RenderArguments& arguments, const JobC
 
 JobReport run_render(const RenderArguments& arguments, const JobCall& call) {
   require_extension("render to", arguments.output, ".png");
-  UnpublishedFile::check(arguments.output, Existing::kReplace);
+  UnpublishedFile::check(arguments.output, arguments.existing);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   Store store = Store::open(arguments.store, open, call.open_backends);
@@ -68,7 +69,7 @@ JobReport run_render(const RenderArguments& arguments, const JobCall& call) {
       arguments.level.value_or(store.attributes()[store.attribute("position")].finest_level);
   ColorBy color_by;
   const std::filesystem::path made = make_new_file(
-      arguments.output, Existing::kReplace, call.watch.warn, [&](UnpublishedFile& output) {
+      arguments.output, arguments.existing, call.watch.warn, [&](UnpublishedFile& output) {
         Drawn drawn = draw(store, level, arguments, call);
         color_by = std::move(drawn.color_by);
         if (call.watch.before_files) call.watch.before_files();
@@ -94,9 +95,7 @@ JobReport run_render(const RenderArguments& arguments, const JobCall& call) {
 Job render_job() {
   JobTable<RenderArguments> table("render", "Draw one level of a store as a PNG");
   table.path("store", &RenderArguments::store, "The store").at(0).required();
-  table.output("out", &RenderArguments::output, "The file to make, or to replace: NAME.png")
-      .at(1)
-      .required();
+  table.output("out", &RenderArguments::output, "The file to make: NAME.png").at(1).required();
   table.count("level", &RenderArguments::level, 0, kMaxLevel, "The level; default: the finest");
   table
       .named(
@@ -128,6 +127,7 @@ Job render_job() {
              "Colour the surface by an attribute of one number, with a legend");
   table.bytes("memory", &RenderArguments::memory_bytes, "Budget for blocks in memory");
   table.threads(&RenderArguments::threads, "Threads of the shading");
+  table.force(&RenderArguments::existing, "Replace OUT if it exists", "replaces a file");
   return table.run(run_render);
 }
 

@@ -144,6 +144,36 @@ TEST_CASE("Subdivide_PrecisionAuto_IsTheDefaultAndLeavesSmallMeshesAlone") {
   CHECK(digest({}) != digest({"--precision", "float64"}));
 }
 
+TEST_CASE("Plan_MeshThatFloat32DoesNotKeep_TakesFloat64OrRefuses") {
+  const Doors here;
+  here.write("ground.obj", ground("obj"));
+  const Outcome planned =
+      here.plait({"plan", "ground.obj", "ground.plan", "--levels", "1", "--parts", "2"});
+  CHECK(planned.status == 0);
+  CHECK_THAT(planned.errors, Contains("positions are float64"));
+  for (const char* part : {"0", "1"})
+    REQUIRE(here.plait({"part", "ground.plan", part}).status == 0);
+  REQUIRE(here.plait({"join", "ground.plan", "ground.plait"}).status == 0);
+  REQUIRE(here.plait({"subdivide", "ground.obj", "one.plait", "--levels", "1"}).status == 0);
+  CHECK(here.plait({"digest", "ground.plait"}).last_line() ==
+        here.plait({"digest", "one.plait"}).last_line());
+
+  here.write("huge.off", "OFF\n3 1 0\n0 0 0\n1e300 0 0\n0 1e300 0\n3 0 1 2\n");
+  for (const std::string command : {"plan", "subdivide"}) {
+    const auto make = [&](const char* precision) {
+      std::vector<std::string> words = {command, "huge.off",    command + ".out", "--levels",
+                                        "1",     "--precision", precision};
+      if (command == "plan") words.insert(words.end(), {"--parts", "2"});
+      return here.plait(words);
+    };
+    const Outcome refused = make("float32");
+    CAPTURE(command, refused.errors);
+    CHECK(refused.status == 2);
+    CHECK_THAT(refused.errors, Contains("no number for 2 vertices"));
+    CHECK(make("auto").status == 0);
+  }
+}
+
 TEST_CASE("MeshCommands_SeamFile_SayHowManyVerticesAndWeld") {
   const Doors here;
   here.write("soup.ply", coloured_soup());

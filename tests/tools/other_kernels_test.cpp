@@ -78,10 +78,14 @@ TEST_CASE("Commands_OnKernelsThatAnswerOtherwise_MakeTheSameStores") {
       {"h5py/h5py#1082: NFS without a lock service", {{SYS_flock, ENOLCK}}, "has no locks"},
       {"HDFGroup/hdf5#3311: DVS", {{SYS_flock, kNotSupportedByKernel}}, "has no locks"},
       {"SmileiPIC/Smilei#342: Lustre without flock", {{SYS_flock, ENOSYS}}, "has no locks"},
+      {"the same by a filter", {{SYS_flock, EPERM}}, "has no locks"},
+      {"a file system that takes no operation of flock", {{SYS_flock, EINVAL}}, "has no locks"},
+      {"one that takes only writers", {{SYS_flock, EBADF}}, "has no locks"},
       // Names that cannot be exchanged, or not be kept from replacing others.
       {"google/gvisor#7895", {{SYS_renameat2, EINVAL, 4, 2}}, "cannot exchange two names"},
       {"oven-sh/bun#36229: NFS, any flag", {{SYS_renameat2, EINVAL}}, "cannot exchange two names"},
       {"rust-lang/libs-team#131: no such call", {{SYS_renameat2, ENOSYS}}, "cannot exchange"},
+      {"libseccomp before 2.2 with the default EPERM", {{SYS_renameat2, EPERM}}, "cannot exchange"},
       // Calls that are only faster, or that containers and other kernels do not know.
       {"transmission/transmission#3756", {{SYS_linkat, EXDEV}, {SYS_copy_file_range, EXDEV}}, ""},
       {"NixOS/nix#3749: BeeGFS", {{SYS_linkat, EPERM}, {SYS_copy_file_range, EOPNOTSUPP}}, ""},
@@ -90,6 +94,8 @@ TEST_CASE("Commands_OnKernelsThatAnswerOtherwise_MakeTheSameStores") {
       {"the same by a filter",
        {{SYS_sync_file_range, EPERM}, {SYS_fallocate, EPERM}, {SYS_fadvise64, EPERM}},
        ""},
+      {"signals that never end", {{SYS_fallocate, EINTR}}, ""},
+      {"no free space is told", {{SYS_statfs, ENOSYS}}, ""},
       {"libuv/libuv#2724: Docker before 18.04", {{SYS_statx, EPERM}}, ""},
       {"kontainapp/km#1746: advice", {{SYS_madvise, EINVAL}}, ""}};
   bool is_mapped = false;
@@ -110,7 +116,11 @@ TEST_CASE("StoreOfUring_WhereTheKernelRefusesARing_IsReadByPreadAndTheLimitIsNam
       {"moby/moby#39396", {{SYS_io_uring_setup, EPERM}}, "kernel.io_uring_disabled"},
       {"podman-container-tools/podman#16796", {{SYS_io_uring_setup, ENOSYS}}, "filter of system"},
       {"axboe/liburing#93", {{SYS_io_uring_setup, ENOMEM}}, "RLIMIT_MEMLOCK"},
-      {"axboe/liburing#1088", {{SYS_io_uring_setup, EMFILE}}, "RLIMIT_NOFILE"}};
+      {"axboe/liburing#1088", {{SYS_io_uring_setup, EMFILE}}, "RLIMIT_NOFILE"},
+      {"a ring that may be made and not be used",
+       {{SYS_io_uring_enter, EPERM}},
+       "filter of system"},
+      {"the same, of another filter", {{SYS_io_uring_enter, ENOSYS}}, "filter of system"}};
   const KernelPlace here("uring");
   for (const OtherKernel& kernel : kernels) {
     CAPTURE(kernel.report);

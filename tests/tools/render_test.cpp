@@ -21,7 +21,7 @@ TEST_CASE("Render_ClosedAndOpenStores_GivesAPngOfTheSizeAskedFor") {
       REQUIRE(made.status == 0);
       const Outcome drawn =
           run(here.path(), {"render", name + ".plait", name + ".png", "--size", "200x100", "--view",
-                            "-20,40", "--up", "z", "--memory", "8M"});
+                            "-20,40", "--up", "z", "--memory", "8M", "--force"});
       CAPTURE(drawn.errors);
       REQUIRE(drawn.status == 0);
       const std::string png = content_of(here.path() / (name + ".png"));
@@ -50,7 +50,9 @@ TEST_CASE("Render_ColoredByAnAttribute_ShowsItsRangeAndRefusesWhatIsNoNumber") {
   REQUIRE(run(here.path(), arguments).status == 0);
   const std::string plain = content_of(here.path() / "s.png");
   auto colored = arguments;
-  colored.insert(colored.end(), {"--color-by", "depth"});
+  CHECK(run(here.path(), colored).status == 2);  // the picture is there
+  CHECK(content_of(here.path() / "s.png") == plain);
+  colored.insert(colored.end(), {"--force", "--color-by", "depth"});
   const nlohmann::json report = run(here.path(), colored).json();
   CHECK(report["color_by"]["low"] == -300);
   CHECK(report["color_by"]["high"] == 500);

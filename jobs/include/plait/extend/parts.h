@@ -41,7 +41,7 @@ struct PartsRequest {
   std::uint32_t parts = 1;     ///< at most one for each edge of the base mesh
   int levels = 1;
   Scheme scheme = {};  ///< of the library
-  ComponentType precision = ComponentType::kFloat32;
+  std::optional<ComponentType> precision = {};
   LayoutKind layout = LayoutKind::kHilbert;
   bool normals = false;
   bool limit = false;
