@@ -15,6 +15,10 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+/// Of the option --no-index of all commands that make a store.
+inline constexpr std::string_view kNoIndexHelp =
+    "Leave out the file base.index: opening the store then computes its base mesh again";
+
 /// Slots of positions are at most this large, unless the user says otherwise: a job takes a finer
 /// base mesh until they are.
 inline constexpr std::uint64_t kLargestSlotBytes = 16 << 10;

@@ -14,6 +14,13 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 inline constexpr char kManifestName[] = "manifest";
 inline constexpr char kBaseMeshName[] = "base.mesh";
+/// What follows from base.mesh (format/base_index_file.h); and the name of the file while it is
+/// written.
+inline constexpr char kBaseIndexName[] = "base.index";
+inline constexpr char kNewBaseIndexName[] = "base.index.new";
+inline bool is_base_index_name(std::string_view name) {
+  return name == kBaseIndexName || name == kNewBaseIndexName;
+}
 inline constexpr char kLockName[] = "lock";
 
 inline std::string level_file_name(std::uint32_t attribute, int level, std::uint64_t generation) {

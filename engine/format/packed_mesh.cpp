@@ -25,9 +25,11 @@ std::vector<std::byte> pack_mesh(const BaseMesh& mesh) {
   const Planes<std::uint32_t> corners(3 * mesh.face_count()), numbers(mesh.vertex_count());
   std::vector<std::byte> packed(packed_mesh_bytes(mesh.vertex_count(), mesh.face_count()));
   std::byte* to = packed.data();
+  const std::span<const Vector3<double>> positions = mesh.positions();
+  const std::span<const std::array<VertexId, 3>> faces = mesh.faces();
   for (const auto coordinate : kCoordinates) {
-    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
-      coordinates.put(to, v, std::bit_cast<std::uint64_t>(mesh.positions()[v].*coordinate));
+    for (std::size_t v = 0; v < positions.size(); ++v)
+      coordinates.put(to, v, std::bit_cast<std::uint64_t>(positions[v].*coordinate));
     to += coordinates.bytes();
   }
   std::byte* const to_numbers = to + corners.bytes();
@@ -35,10 +37,10 @@ std::vector<std::byte> pack_mesh(const BaseMesh& mesh) {
   std::array<std::uint32_t, 3> before = {kNoId, kNoId, kNoId};
   std::uint32_t next = 0;
   VertexId last = 0;
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+  for (std::size_t f = 0; f < faces.size(); ++f) {
     std::array<std::uint32_t, 3> face;
     for (std::size_t i = 0; i < 3; ++i) {
-      const VertexId vertex = mesh.faces()[f][i];
+      const VertexId vertex = faces[f][i];
       std::uint32_t& place = places[vertex];
       std::uint32_t corner = kNew;
       if (place == kNoId) {

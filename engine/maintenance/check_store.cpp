@@ -64,6 +64,9 @@ class StructureCheck {
         check(named(StoreFile::kBaseMesh, kBaseMeshName, "",
                     StoredSize{description_.base_mesh_bytes, description_.base_mesh_checksum}),
               [&] { result_.base = version_.read_base_mesh(); });
+    if (store_.contains(kBaseIndexName))
+      check(named(StoreFile::kBaseIndex, kBaseIndexName),
+            [&] { version_.check_base_index(base_known ? &result_.base : nullptr); });
     std::vector<StoredLevel> levels = version_.levels(result_.base);
     const bool tables_known = check(
         named(StoreFile::kBlockTables, version_.version_name(), "",
@@ -199,7 +202,7 @@ std::optional<std::uint64_t> look_at_other_slot(const Directory& store, std::uin
 void find_left_overs(const Directory& store, const StoredVersion& version,
                      std::optional<std::uint64_t> older, StoreCheck& result) {
   std::set<std::string> names = version.file_names();
-  names.insert({kManifestName, kBaseMeshName, kLockName});
+  names.insert({kManifestName, kBaseMeshName, kBaseIndexName, kLockName});
   for (const AttributeRecord& attribute : version.description().attributes)
     names.insert(bounds_file_name(attribute.number));
   for (const std::string& name : store.names())
@@ -251,6 +254,7 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) tr
   result.options = version.options();
   result.provenance = description.provenance;
   result.in_shards = version.shard_count() > 0;
+  result.base_mesh_checksum = description.base_mesh_checksum;
   for (const AttributeRecord& attribute : description.attributes)
     result.attributes.push_back({attribute.schema, description.finest_level(attribute)});
   StructureCheck(store, version, backend, result).run();

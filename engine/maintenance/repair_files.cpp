@@ -7,7 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "format/base_index_file.h"
 #include "format/checksum.h"
+#include "format/file_names.h"
 #include "format/manifest.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
@@ -54,6 +56,7 @@ struct FileRepair {
   /// Makes the file in the scratch directory. Returns why it is lost, or nothing if it is not.
   std::optional<std::string> why_lost(const DamagedFile& file) {
     if (file.kind == StoreFile::kBaseRecords) return why_base_records_lost(file);
+    if (file.kind == StoreFile::kBaseIndex) return why_base_index_lost(file.name);
     if (file.kind != StoreFile::kBlockTables && file.kind != StoreFile::kLevel)
       return "nothing else in the store says what it held";
     if (check.in_shards) return kMakeShardAgain;
@@ -81,6 +84,12 @@ struct FileRepair {
     const auto bytes = remaker.base_records(file.attribute);
     if (!bytes) return remaker.refusal();
     if (!write(file, *bytes)) return "what follows from the base mesh is not what it held";
+    return std::nullopt;
+  }
+
+  std::optional<std::string> why_base_index_lost(const std::string& name) {
+    if (check.base.edge_count() == 0) return "base.mesh, from which it is made again, is damaged";
+    write_base_index_file(scratch.directory(), name, check.base, check.base_mesh_checksum, false);
     return std::nullopt;
   }
 
@@ -175,6 +184,10 @@ void repair_files(const std::filesystem::path& store, const StoreCheck& check,
     if (!options.dry_run) replace_file(store, check.sequence, file.name, scratch.directory());
     report.rebuilt_files.push_back({file.name, file.reason});
   }
+  if (repair.store.contains(kBaseIndexName) || !wants_index(std::nullopt, check.base)) return;
+  repair.why_base_index_lost(kBaseIndexName);
+  if (!options.dry_run) replace_file(store, check.sequence, kBaseIndexName, scratch.directory());
+  report.rebuilt_files.push_back({kBaseIndexName, "it is not there; opening is faster with it"});
 }
 
 void replace_file(const std::filesystem::path& path, std::uint64_t sequence,

@@ -79,19 +79,69 @@ void warn(std::vector<std::string>* warnings, std::string text) {
 
 }  // namespace
 
+struct BaseMesh::OwnedArrays {
+  std::vector<Vector3<double>> positions;
+  std::vector<std::array<VertexId, 3>> faces;
+  std::vector<std::array<EdgeId, 3>> face_edges;
+  std::vector<Edge> edges;
+  std::vector<FaceSide> vertex_corners;
+  std::vector<EdgeId> border_edges;
+  std::vector<VertexId> input_vertices;
+  std::vector<std::uint32_t> input_faces;
+};
+
+BaseMesh::BaseMesh(BaseMesh&& other) noexcept
+    : arrays_(std::exchange(other.arrays_, {})),
+      owner_(std::move(other.owner_)),
+      maps_owner_(std::move(other.maps_owner_)),
+      pages_(std::move(other.pages_)),
+      slot_shapes_(std::move(other.slot_shapes_)) {}
+
+BaseMesh& BaseMesh::operator=(BaseMesh&& other) noexcept {
+  if (this == &other) return *this;
+  arrays_ = std::exchange(other.arrays_, {});
+  owner_ = std::move(other.owner_);
+  maps_owner_ = std::move(other.maps_owner_);
+  pages_ = std::move(other.pages_);
+  slot_shapes_ = std::move(other.slot_shapes_);
+  return *this;
+}
+
+BaseMesh BaseMesh::of(std::shared_ptr<const OwnedArrays> made, std::uint64_t input_vertex_count) {
+  BaseMesh result;
+  result.arrays_ = {
+      made->positions,
+      {made->faces, made->face_edges, made->edges, made->vertex_corners, made->border_edges},
+      made->input_vertices,
+      made->input_faces,
+      input_vertex_count};
+  result.slot_shapes_ = std::make_shared<const SlotShapes>(result.arrays_.mesh);
+  result.owner_ = std::move(made);
+  return result;
+}
+
+BaseMesh BaseMesh::of(std::shared_ptr<const MeshPages> pages) {
+  BaseMesh result;
+  result.arrays_ = pages->arrays();
+  pages->need(MeshArray::kBorderEdges);
+  result.slot_shapes_ = std::make_shared<const SlotShapes>(result.arrays_.mesh);
+  result.pages_ = std::move(pages);
+  return result;
+}
+
 BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
                          std::vector<std::string>* warnings) try {
   const MeshSource names(source, mesh.cut_faces);
   check_sizes(mesh, source);
   check_elements(mesh, names);
 
-  BaseMesh result;
+  const auto result = std::make_shared<OwnedArrays>();
   MatchedSides sides = match_sides(mesh.faces, mesh.positions.size(), names);
   if (!sides.oriented) {
-    for (const FaceVertices& face : mesh.faces) result.input_faces_.push_back(face[1]);
+    for (const FaceVertices& face : mesh.faces) result->input_faces.push_back(face[1]);
     const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, names);
     for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
-      std::uint32_t& entry = result.input_faces_[face];
+      std::uint32_t& entry = result->input_faces[face];
       entry = 2 * face + (mesh.faces[face][1] != entry ? 1 : 0);
     }
     warn(warnings, fmt::format("{}: {} of {} faces flipped to the orientation of the first face of "
@@ -99,37 +149,38 @@ BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
                                source, flipped, names.face_count(mesh.faces.size())));
   }
 
-  result.vertex_corners_ =
+  result->vertex_corners =
       find_vertex_corners(mesh.faces, sides.twins, mesh.positions.size(), names);
-  result.input_vertex_count_ = mesh.positions.size();
+  const std::uint64_t input_vertex_count = mesh.positions.size();
   // Unused vertices are dropped only here, so that all messages above name vertices as the input
   // does.
-  if (std::find(result.vertex_corners_.begin(), result.vertex_corners_.end(), FaceSide()) !=
-      result.vertex_corners_.end()) {
+  if (std::find(result->vertex_corners.begin(), result->vertex_corners.end(), FaceSide()) !=
+      result->vertex_corners.end()) {
     const std::size_t before = mesh.positions.size();
-    result.input_vertices_ = drop_unused_vertices(mesh, result.vertex_corners_);
+    result->input_vertices = drop_unused_vertices(mesh, result->vertex_corners);
     warn(warnings, fmt::format("{}: {} of {} vertices dropped: no face uses them", source,
-                               before - result.input_vertices_.size(), before));
+                               before - result->input_vertices.size(), before));
   }
-  result.positions_ = std::move(mesh.positions);
-  result.faces_ = std::move(mesh.faces);
-  result.edges_ = number_edges(result.faces_, sides.twins, sides.border_count);
-  result.face_edges_ = std::move(sides.twins);
-  result.border_edges_ = find_border_edges(result.edges_, sides.border_count);
-  result.slot_shapes_ = std::make_shared<const SlotShapes>(result.topology());
-  return result;
+  result->positions = std::move(mesh.positions);
+  result->faces = std::move(mesh.faces);
+  result->edges = number_edges(result->faces, sides.twins, sides.border_count);
+  result->face_edges = std::move(sides.twins);
+  result->border_edges = find_border_edges(result->edges, sides.border_count);
+  return of(result, input_vertex_count);
 } catch (const std::bad_alloc&) {
   throw out_of_memory(std::string(source));
 }
 
 BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
-  std::vector<FaceId> renumbered(faces_.size(), kNoId);
-  if (order.size() != faces_.size())
+  const MeshArrays& arrays = all_arrays();
+  const Topology& mesh = arrays.mesh;
+  std::vector<FaceId> renumbered(mesh.faces.size(), kNoId);
+  if (order.size() != mesh.faces.size())
     throw Error(
         ErrorCode::kInvalidArgument,
-        fmt::format("reorder faces: expected {} faces, found {}", faces_.size(), order.size()));
+        fmt::format("reorder faces: expected {} faces, found {}", mesh.faces.size(), order.size()));
   for (FaceId face = 0; face < order.size(); ++face) {
-    if (order[face] >= faces_.size() || renumbered[order[face]] != kNoId)
+    if (order[face] >= mesh.faces.size() || renumbered[order[face]] != kNoId)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("reorder faces: entry {}: expected a face that is not yet placed, "
                               "found {}",
@@ -140,50 +191,48 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
     return side.exists() ? FaceSide(renumbered[side.face()], side.side()) : FaceSide();
   };
 
-  BaseMesh result;
-  result.positions_ = positions_;
-  result.input_vertices_ = input_vertices_;
-  result.input_vertex_count_ = input_vertex_count_;
-  result.input_faces_.resize(faces_.size());
-  result.faces_.resize(faces_.size());
-  result.face_edges_.resize(faces_.size());
-  result.edges_.resize(edges_.size());
-  result.vertex_corners_.resize(vertex_corners_.size());
-  for_parts(faces_.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+  const auto result = std::make_shared<OwnedArrays>();
+  result->positions.assign(arrays.positions.begin(), arrays.positions.end());
+  result->input_vertices.assign(arrays.input_vertices.begin(), arrays.input_vertices.end());
+  result->input_faces.resize(mesh.faces.size());
+  result->faces.resize(mesh.faces.size());
+  result->face_edges.resize(mesh.faces.size());
+  result->edges.resize(mesh.edges.size());
+  result->vertex_corners.resize(mesh.vertex_corners.size());
+  for_parts(mesh.faces.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t face = first; face < last; ++face) {
-      result.faces_[face] = faces_[order[face]];
-      result.face_edges_[face] = face_edges_[order[face]];
-      result.input_faces_[face] =
-          input_faces_.empty() ? 2 * order[face] : input_faces_[order[face]];
+      result->faces[face] = mesh.faces[order[face]];
+      result->face_edges[face] = mesh.face_edges[order[face]];
+      result->input_faces[face] =
+          arrays.input_faces.empty() ? 2 * order[face] : arrays.input_faces[order[face]];
     }
   });
   // One thread does this: which use of an edge is the first depends on all faces before it.
-  std::vector<EdgeId> edge_renumbered(edges_.size(), kNoId), old_edges;
-  old_edges.reserve(edges_.size());
-  for (const std::array<EdgeId, 3>& sides : result.face_edges_)
+  std::vector<EdgeId> edge_renumbered(mesh.edges.size(), kNoId), old_edges;
+  old_edges.reserve(mesh.edges.size());
+  for (const std::array<EdgeId, 3>& sides : result->face_edges)
     for (const std::size_t side : {2u, 0u, 1u}) {
       EdgeId& edge = edge_renumbered[sides[side]];
       if (edge != kNoId) continue;
       edge = static_cast<EdgeId>(old_edges.size());
       old_edges.push_back(sides[side]);
     }
-  for_parts(edges_.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+  for_parts(mesh.edges.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t edge = first; edge < last; ++edge) {
-      const Edge& old = edges_[old_edges[edge]];
-      result.edges_[edge] = {old.start, old.end, moved(old.own), moved(old.other)};
+      const Edge& old = mesh.edges[old_edges[edge]];
+      result->edges[edge] = {old.start, old.end, moved(old.own), moved(old.other)};
     }
   });
-  for_parts(faces_.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+  for_parts(mesh.faces.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t face = first; face < last; ++face)
-      for (EdgeId& edge : result.face_edges_[face]) edge = edge_renumbered[edge];
+      for (EdgeId& edge : result->face_edges[face]) edge = edge_renumbered[edge];
   });
-  for_parts(vertex_corners_.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+  for_parts(mesh.vertex_corners.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t vertex = first; vertex < last; ++vertex)
-      result.vertex_corners_[vertex] = moved(vertex_corners_[vertex]);
+      result->vertex_corners[vertex] = moved(mesh.vertex_corners[vertex]);
   });
-  result.border_edges_ = find_border_edges(result.edges_, border_edges_.size());
-  result.slot_shapes_ = std::make_shared<const SlotShapes>(result.topology());
-  return result;
+  result->border_edges = find_border_edges(result->edges, mesh.border_edges.size());
+  return of(result, arrays.input_vertex_count);
 }
 
 LevelGeometry BaseMesh::geometry(BaseRelativeLevel level, std::size_t record_bytes,
@@ -191,12 +240,22 @@ LevelGeometry BaseMesh::geometry(BaseRelativeLevel level, std::size_t record_byt
   return {slot_shapes_ ? *slot_shapes_ : SlotShapes(), level, record_bytes, block_bytes};
 }
 
+const MeshArrays& BaseMesh::all_arrays() const {
+  if (!pages_) return arrays_;
+  pages_->need_topology();
+  for (const MeshArray array :
+       {MeshArray::kPositions, MeshArray::kInputVertices, MeshArray::kInputFaces})
+    pages_->need(array);
+  return arrays_;
+}
+
 std::uint64_t BaseMesh::memory_bytes() const {
-  const auto bytes = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
-  return bytes(positions_) + bytes(faces_) + bytes(face_edges_) + bytes(edges_) +
-         bytes(vertex_corners_) + bytes(border_edges_) +
-         (slot_shapes_ ? slot_shapes_->memory_bytes() : 0) + bytes(input_vertices_) +
-         bytes(input_faces_);
+  const std::uint64_t shapes = slot_shapes_ ? slot_shapes_->memory_bytes() : 0;
+  if (pages_) return pages_->memory_bytes() + shapes;
+  return arrays_.positions.size_bytes() + arrays_.mesh.faces.size_bytes() +
+         arrays_.mesh.face_edges.size_bytes() + arrays_.mesh.edges.size_bytes() +
+         arrays_.mesh.vertex_corners.size_bytes() + arrays_.mesh.border_edges.size_bytes() +
+         arrays_.input_vertices.size_bytes() + arrays_.input_faces.size_bytes() + shapes;
 }
 
 PLAIT_END_NAMESPACE

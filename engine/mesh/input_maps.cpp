@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <new>
 #include <numeric>
 #include <utility>
@@ -27,8 +28,10 @@ std::vector<std::uint32_t> inverse(std::span<const std::uint32_t> of, std::size_
 }  // namespace
 
 InputMaps BaseMesh::input_maps() const try {
+  needed(MeshArray::kInputVertices);
+  const MeshArrays& arrays = needed(MeshArray::kInputFaces);
   InputMaps maps;
-  maps.input_vertices = input_vertices_;
+  maps.input_vertices.assign(arrays.input_vertices.begin(), arrays.input_vertices.end());
   if (maps.input_vertices.empty()) {
     maps.input_vertices.resize(vertex_count());
     std::iota(maps.input_vertices.begin(), maps.input_vertices.end(), VertexId{0});
@@ -37,13 +40,13 @@ InputMaps BaseMesh::input_maps() const try {
   maps.turned.resize(face_count());
   FaceId most = 0;
   for (FaceId face = 0; face < face_count(); ++face) {
-    const std::uint32_t entry = input_faces_.empty() ? 2 * face : input_faces_[face];
+    const std::uint32_t entry = arrays.input_faces.empty() ? 2 * face : arrays.input_faces[face];
     maps.input_faces[face] = entry / 2;
     maps.turned[face] = entry % 2 != 0;
     most = std::max(most, entry / 2);
   }
-  maps.input_vertex_count = input_vertex_count_;
-  maps.vertices = inverse(maps.input_vertices, input_vertex_count_);
+  maps.input_vertex_count = arrays.input_vertex_count;
+  maps.vertices = inverse(maps.input_vertices, arrays.input_vertex_count);
   maps.faces = inverse(maps.input_faces, face_count() > 0 ? most + std::size_t{1} : 0);
   return maps;
 } catch (const std::bad_alloc&) {
@@ -72,9 +75,17 @@ BaseMesh BaseMesh::with_input_maps(const InputMaps& maps) && {
     faces[face] = 2 * found + (maps.turned[face] ? 1 : 0);
     same_faces = same_faces && faces[face] == 2 * face;
   }
-  input_vertices_ = same_vertices ? std::vector<VertexId>() : maps.input_vertices;
-  input_vertex_count_ = maps.input_vertex_count;
-  input_faces_ = same_faces ? std::vector<std::uint32_t>() : std::move(faces);
+  struct Maps {
+    std::vector<VertexId> vertices;
+    std::vector<std::uint32_t> faces;
+  };
+  const auto owned = std::make_shared<Maps>();
+  if (!same_vertices) owned->vertices = maps.input_vertices;
+  if (!same_faces) owned->faces = std::move(faces);
+  arrays_.input_vertices = owned->vertices;
+  arrays_.input_vertex_count = maps.input_vertex_count;
+  arrays_.input_faces = owned->faces;
+  maps_owner_ = owned;
   return std::move(*this);
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <random>
 #include <system_error>
 
@@ -108,7 +109,13 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
 }
 
 LevelSurroundings Store::Implementation::surroundings() const {
-  LevelSurroundings result{base.topology(), provenance.base_level, {}, base.positions()};
+  LevelSurroundings result;
+  result.base_level = provenance.base_level;
+  // Only filters look at the mesh. Nothing else that opening does reads all of it.
+  if (backend.traits.compressed) {
+    result.mesh = base.topology();
+    result.positions = base.positions();
+  }
   for (std::size_t i = 0; i < attributes.size(); ++i) {
     AttributeLevels& levels = result.attributes.emplace_back();
     levels.number = attributes[i].record.number;
@@ -277,6 +284,7 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   provenance = description.provenance;
   options = version.options();
   options.durability = wanted.durability;
+  options.base_index = wanted.base_index;
   options.budget_bytes = wanted.budget_bytes;
   options.io_threads = wanted.io_threads;
   options.events = wanted.events;
@@ -292,7 +300,12 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   in_shards = version.shard_count() > 0;
   make_ready();
   version.check_base_sizes();
-  base = version.read_base_mesh();
+  if (std::optional<BaseMesh> indexed = version.open_base_index()) {
+    base = *std::move(indexed);
+    has_base_index = true;
+  } else {
+    base = version.read_base_mesh();
+  }
   shards = version.shards();
   hold_versions();
   read_version(version, wanted.writable ? OpenMode::kReadWrite : OpenMode::kRead);

@@ -105,7 +105,7 @@ void remove_if_never_committed(const Directory& store) {
   if (try_lock(store, true) == LockResult::kConflict || !is_uncommitted(store)) return;
   for (const std::string& name : store.names())
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
-        !is_version_file_name(name) && !is_bounds_file_name(name))
+        !is_base_index_name(name) && !is_version_file_name(name) && !is_bounds_file_name(name))
       return;
   std::optional<File> lock;
   if (store.contains(kLockName)) lock = open_to_exclude(store, kLockName);
@@ -197,7 +197,8 @@ std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
         slots, [&](const Manifest& slot) { return is_of_version_alone(name, slot.sequence); });
     if (is_version_file_name(name) && !needed.contains(name) && !is_of_a_slot)
       store.remove_if_possible(name);
-    if (is_bounds_file_name(name) && !bounds.contains(name)) store.remove_if_possible(name);
+    if ((is_bounds_file_name(name) && !bounds.contains(name)) || name == kNewBaseIndexName)
+      store.remove_if_possible(name);
   }
   return held;
 }

@@ -108,6 +108,20 @@ BaseMesh StoredVersion::read_base_mesh() const {
                   version_name(), mesh.edge_count(), mesh.border_edge_count()));
 }
 
+ExpectedBase StoredVersion::expected_base() const {
+  return {{description_.vertex_count, description_.edge_count, description_.face_count,
+           description_.border_edge_count},
+          description_.base_mesh_checksum};
+}
+
+std::optional<BaseMesh> StoredVersion::open_base_index() const {
+  return open_base_index_file(store_, expected_base());
+}
+
+void StoredVersion::check_base_index(const BaseMesh* base) const {
+  check_base_index_file(store_, expected_base(), base);
+}
+
 std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
   const int base_level = description_.provenance.base_level;
   // Without the base mesh, which is damaged then, nothing is known but the names of files.

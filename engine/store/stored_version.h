@@ -5,12 +5,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "format/base_index_file.h"
 #include "format/file_names.h"
 #include "format/manifest.h"
 #include "format/version_description.h"
@@ -57,8 +59,15 @@ class StoredVersion {
 
   /// Throws if base mesh or base records have other sizes than version.S says. Errors: kCorruption.
   void check_base_sizes() const;
-  /// Errors: kNotFound; kCorruption, also if the counts differ from those of the description; kIo.
+  /// Builds the mesh from base.mesh. Errors: kNotFound; kCorruption, also if the counts differ from
+  /// those of the description; kIo.
   BaseMesh read_base_mesh() const;
+  /// The mesh of base.index, which reads that file when it is needed; nothing if there is no such
+  /// file. Errors: kCorruption, kIo.
+  std::optional<BaseMesh> open_base_index() const;
+  /// Throws kCorruption unless base.index has what follows from `base`, or from any mesh without
+  /// it, or is not there. Errors: kIo.
+  void check_base_index(const BaseMesh* base) const;
   /// All levels, with attributes in the description's order. All blocks are marked as never
   /// written. `base` must outlive the result. Errors: kCorruption for a level that is too large for
   /// a file.
@@ -104,6 +113,7 @@ class StoredVersion {
   std::vector<std::byte> read_records(const std::string& name, std::uint64_t bytes,
                                       std::uint64_t checksum) const;
   void check_generations(const BackendTraits& traits) const;
+  ExpectedBase expected_base() const;
 
   const Directory& store_;
   Manifest manifest_;

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "format/base_index_file.h"
 #include "format/file_names.h"
 #include "format/version_description.h"
 #include "plait/error.h"
@@ -63,6 +64,10 @@ void Store::Implementation::write_version() {
   }
   for (const FaceAttribute& attribute : face_attributes)
     content.face_records.push_back(attribute.bytes);
+  if (!has_base_index && wants_index(options.base_index, base)) {
+    add_base_index_file(directory, base, base_mesh_size.checksum, durable);
+    has_base_index = true;
+  }
   publish_version(directory, lock, uuid, sequence + 1, std::move(content), durable);
   if (durable && !name_is_durable) {
     directory.parent().sync();

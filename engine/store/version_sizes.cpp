@@ -130,6 +130,7 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
                   std::uint64_t sequence) {
   refuse_shards_without_tables(store, description, sequence);
   std::vector<std::string> names = {kBaseMeshName, version_file_name(sequence)};
+  if (store.contains(kBaseIndexName)) names.push_back(kBaseIndexName);
   for (const AttributeRecord& attribute : description.attributes)
     names.push_back(base_file_name(attribute.number, sequence));
   std::uint64_t bytes = 0;
@@ -150,7 +151,8 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
       emptiest = name;
     }
   }
-  const bool is_of_records = emptiest != kBaseMeshName && emptiest != version_file_name(sequence);
+  const bool is_of_records = emptiest != kBaseMeshName && emptiest != kBaseIndexName &&
+                             emptiest != version_file_name(sequence);
   if (is_of_records && bytes <= kMostBytesForChecksum &&
       have_checksums(store, description, sequence))
     return;

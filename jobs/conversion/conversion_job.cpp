@@ -73,6 +73,8 @@ void choose_options(const ConversionRequest& request, const Store& source,
         options.pipeline_of ? options.pipeline_of(info.schema) : *options.pipeline, info.schema);
   set_common_options(choices, options);
   options.parallel_for = request.parallel_for;
+  options.base_index = std::nullopt;
+  if (request.no_index) options.base_index = false;
 }
 
 }  // namespace

@@ -29,6 +29,7 @@ struct ConversionRequest {
   /// Attributes that are rounded (plait/extend/rounding.h).
   ErrorBounds max_errors = {};
   std::uint64_t block_bytes = 0;  ///< 0: as in the source
+  bool no_index = false;          ///< no file base.index (StoreOptions::base_index)
   /// The two stores share it.
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   int threads = 1;                ///< of `verify`

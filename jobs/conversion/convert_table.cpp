@@ -46,6 +46,7 @@ Job convert_job() {
   table.max_error(&ConvertArguments::max_error);
   table.bytes("block", &ConvertArguments::block_bytes,
               "Unit of I/O, a power of two; default: as in INPUT");
+  table.flag("no-index", &ConvertArguments::no_index, std::string(kNoIndexHelp));
   table.bytes("memory", &ConvertArguments::budget_bytes,
               "Budget for blocks in memory, half of it for each store");
   table.threads(&ConvertArguments::threads, "Threads of --verify");

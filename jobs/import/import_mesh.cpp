@@ -174,6 +174,7 @@ StoreOptions Import::options_of_store() {
   options.block_bytes = request_.block_bytes;
   options.budget_bytes = request_.budget_bytes;
   options.durability = request_.durability;
+  if (request_.no_index) options.base_index = false;
   options.parallel_for = request_.parallel_for;
   if (!request_.pipeline_of) return options;
   for (const AttributeSchema& schema : result_.attributes)

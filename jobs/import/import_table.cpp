@@ -77,6 +77,7 @@ Job import_job() {
               fmt::format("Largest slot of positions: take a finer base mesh until all slots fit; "
                           "default {}",
                           size_text(kLargestSlotBytes)));
+  table.flag("no-index", &ImportArguments::no_index, std::string(kNoIndexHelp));
   table.bytes("memory", &ImportArguments::budget_bytes, "Budget for blocks in memory");
   table.threads(&ImportArguments::threads, "Threads that write");
   table

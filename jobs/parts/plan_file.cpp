@@ -163,7 +163,7 @@ PlanFile read_plan_file(const Directory& directory) {
 }
 
 void remove_plan(const Directory& directory) {
-  for (const char* const name : {kPlanName, kBaseMeshName, kMadeMarkName})
+  for (const char* const name : {kPlanName, kBaseMeshName, kBaseIndexName, kMadeMarkName})
     directory.remove_if_possible(name);
 }
 

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "base/default_arithmetic.h"
+#include "format/base_index_file.h"
+#include "format/file_names.h"
 #include "job_rules.h"
 #include "mesh/narrowing.h"
 #include "parts/calibrate.h"
@@ -121,12 +123,16 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   const std::uint64_t attributes = request.normals ? 2 : 1;
   plan.files = plan.parts.size() * (attributes * static_cast<std::uint64_t>(over_base) + 1) +
                attributes + 4;  // and base records, base.mesh, version, manifest, lock
+  const bool has_index = wants_index({}, mesh);
+  plan.files += has_index ? 1 : 0;
 
   if (request.before_files) request.before_files();
   make_new_directory(
       request.plan, [&](const std::string& what) { plan.warnings.push_back(what); }, remove_plan,
       [&](const Directory& directory) {
         file.base_mesh = write_base_mesh_file(directory, mesh);
+        if (has_index)
+          write_base_index_file(directory, kBaseIndexName, mesh, file.base_mesh.checksum, true);
         if (request.calibrate) {
           plan.rates = measure_machine(directory, file, mesh.topology(), cost,
                                        OutputName(request.plan).path, request.progress, backends);

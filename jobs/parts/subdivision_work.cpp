@@ -7,6 +7,7 @@
 #include "base/stopwatch.h"
 #include "conversion/conversion_job.h"
 #include "execution/part_digest.h"
+#include "format/base_index_file.h"
 #include "format/base_mesh_file.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
@@ -60,6 +61,15 @@ class SubdivisionWork : public PartWork {
 };
 
 BaseMesh SubdivisionWork::read_mesh(const File& file) const {
+  if (directory_.contains(kBaseIndexName)) {
+    refuse_hole(File(directory_, kBaseIndexName, OpenMode::kRead));
+    const std::uint64_t border_edges = 2 * plan_.edge_count - 3 * plan_.face_count;
+    if (auto mesh = open_base_index_file(
+            directory_, {{plan_.vertex_count, plan_.edge_count, plan_.face_count, border_edges},
+                         plan_.base_mesh.checksum,
+                         "; remove the file: each part then computes the base mesh again"}))
+      return *std::move(mesh);
+  }
   BaseMesh mesh = read_base_mesh_file(file, plan_.base_mesh, plan_.vertex_count, plan_.face_count);
   if (mesh.edge_count() != plan_.edge_count)
     throw Error(ErrorCode::kCorruption,
@@ -154,6 +164,7 @@ void SubdivisionWork::make_store(const std::filesystem::path& path,
   const Directory store = claim_store_directory(path, Durability::kCommit);
   VersionDescription description = description_of(parts);
   link_or_copy(directory_, kBaseMeshName, store);
+  if (directory_.contains(kBaseIndexName)) link_or_copy(directory_, kBaseIndexName, store);
   for (const DoneFile& done : parts) {
     tell(done.part);
     const Directory inside(directory_, done.directory);

@@ -124,6 +124,7 @@ std::optional<Store> open_earlier_run(const SubdivisionRequest& request,
   open.writable = true;
   open.budget_bytes = plan.store.budget_bytes;
   open.durability = plan.store.durability;
+  open.base_index = plan.store.base_index;
   open.parallel_for = plan.store.parallel_for;
   Store store = Store::open(request.store, open, backends);
   const bool has_levels = store.finest_level() > store.base_level();

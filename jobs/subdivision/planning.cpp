@@ -116,6 +116,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.store.budget_bytes = request.budget_bytes;
   plan.store.durability = request.durability;
   plan.store.parallel_for = request.parallel_for;
+  if (request.no_index) plan.store.base_index = false;
   plan.precision = request.precision.value_or(ComponentType::kFloat32);
   plan.commits_levels = request.resume;
 

@@ -168,6 +168,7 @@ void add_storage_options(JobTable<SubdivideArguments>& table) {
               fmt::format("Largest slot of positions: refine the base mesh in memory until all "
                           "slots fit; default {}",
                           size_text(kLargestSlotBytes)));
+  table.flag("no-index", &SubdivideArguments::no_index, std::string(kNoIndexHelp));
   table
       .choice(
           "durability", {"commit", "none"},

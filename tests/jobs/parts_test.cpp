@@ -260,6 +260,33 @@ TEST_CASE("Parts_OfAnyNumber_GiveTheRecordsOfOneProcess") {
   }
 }
 
+TEST_CASE("Parts_OfALargeBaseMesh_TakeItReadyFromThePlan") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  Work work{write_mesh(directory.path(), torus_grid(128, 64)), 2};
+  work.max_slot_bytes = std::nullopt;
+  const std::string expected = make_whole(work, directory.path() / "whole.plait");
+  const fs::path plan = directory.path() / "plan", store = directory.path() / "joined.plait";
+  plan_parts(request_of(work, plan, 3), default_backends());
+  const std::string index = bytes_of(plan / "base.index");
+  CHECK_FALSE(index.empty());
+  CHECK(index == bytes_of(directory.path() / "whole.plait" / "base.index"));
+  std::string damaged = index;
+  damaged[damaged.size() / 2] ^= 1;
+  std::ofstream(plan / "base.index", std::ios::binary) << damaged;
+  const Error error = error_of([&] { make_part(plan, 0, {}, default_backends()); });
+  CHECK(error.code() == ErrorCode::kCorruption);
+  CHECK(std::string(error.what()).find("base.index") != std::string::npos);
+  fs::remove(plan / "base.index");
+  make_part(plan, 0, {}, default_backends());
+  std::ofstream(plan / "base.index", std::ios::binary) << index;
+  make_all(plan, 3);
+  CHECK(join(plan, store).digest == expected);
+  CHECK(bytes_of(store / "base.index") == index);
+  CHECK(digest(Store::open(store, {}, default_backends())).to_string() == expected);
+  CHECK(check_store(store, default_backends()).damaged.empty());
+  format::read_store(store);
+}
+
 TEST_CASE("Parts_AThousand_GiveTheRecordsOfOneProcess") {
   const TemporaryDirectory here(Medium::kMemory);
   Work work;

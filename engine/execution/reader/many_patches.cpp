@@ -119,12 +119,13 @@ std::uint64_t Reader::weld_patches(std::span<const FaceId> faces, int level,
                 fmt::format("weld patches: {} points, expected {} at most: take fewer faces or a "
                             "coarser level",
                             numbers.size(), kNotYet));
-  Welder welder(state_->mesh, size, numbers);
+  const Topology mesh = state_->store->base.topology();
+  Welder welder(mesh, size, numbers);
   for (const FaceId face : faces) {
-    if (face >= state_->mesh.faces.size())
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("weld patches: expected a face below {}, found {}",
-                              state_->mesh.faces.size(), face));
+    if (face >= mesh.faces.size())
+      throw Error(
+          ErrorCode::kInvalidArgument,
+          fmt::format("weld patches: expected a face below {}, found {}", mesh.faces.size(), face));
     welder.add(face);
   }
   return welder.vertex_count();

@@ -26,6 +26,18 @@ constexpr std::size_t kMostAhead = 64;
 /// As many blocks of a range of vertices are read ahead. docs/backends.md has the measurement.
 constexpr std::uint64_t kBlocksAhead = 3;
 
+/// Lets state.mesh be read for the face. False if base.index is damaged there: reading the patch
+/// says so.
+template <class State>
+bool bring_in(const State& state, FaceId face) noexcept {
+  try {
+    state.store->base.need_face(face);
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 /// Asks for the blocks of these patches, kMostAhead at most, until `ask` refuses one. Returns how
 /// many patches have got all of their blocks.
 template <class State, class Ask>
@@ -35,7 +47,7 @@ std::size_t ask_for_blocks(const State& state, std::span<const FaceId> faces, in
   if (!state.store->process.is_current() || refinements < 0) return 0;
   const std::size_t most = std::min(faces.size(), kMostAhead);
   for (std::size_t at = 0; at < most; ++at) {
-    if (faces[at] >= state.mesh.faces.size()) return at;
+    if (faces[at] >= state.mesh.faces.size() || !bring_in(state, faces[at])) return at;
     for (const auto& attribute : state.attributes) {
       if (attribute.levels.size() < static_cast<std::size_t>(refinements)) return at;
       for (const LevelFile* const file :
@@ -51,7 +63,7 @@ std::size_t ask_for_blocks(const State& state, std::span<const FaceId> faces, in
 
 Reader::State::State(const Store& of, const ReaderOptions& options)
     : store((of.state(), of.implementation_)),
-      mesh(of.base().topology()),
+      mesh(of.base().arrays().mesh),
       base_level(of.base_level()) {
   const auto add = [&](AttributeId id) {
     const AttributeInfo& info = of.attributes()[id];
@@ -215,6 +227,7 @@ PatchView Reader::read_patch(FaceId face, int level) const try {
   if (face >= state_->mesh.faces.size())
     throw Error(ErrorCode::kInvalidArgument, fmt::format("read face {}: expected a face below {}",
                                                          face, state_->mesh.faces.size()));
+  state_->store->base.need_face(face);
   for (const State::Attribute& attribute : state_->attributes) {
     state_->check_level(attribute, level);
     for (int needed = state_->base_level; needed <= level; ++needed)

@@ -51,7 +51,7 @@ struct Reader::State {
 
   std::shared_ptr<const Store::Implementation> store;
   mutable Session session;  ///< safe from several threads; ends before its store
-  Topology mesh;
+  Topology mesh;            ///< to be read after store->base.need_face() or topology()
   int base_level = 0;
   std::vector<Attribute> attributes;
 

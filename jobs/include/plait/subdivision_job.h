@@ -56,6 +56,7 @@ struct SubdivisionRequest {
   std::optional<ComponentType> precision = {};
   std::optional<std::uint64_t> block_bytes = {};     ///< as in StoreOptions
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB; decides the base level
+  bool no_index = false;  ///< no file base.index (StoreOptions::base_index)
 
   /// Attributes that are rounded when all levels are made (plait/extend/rounding.h). Until the
   /// commit, their exact and their rounded levels take disk space. Their pipelines count in steps

@@ -427,6 +427,71 @@ void read_level(Store& store, Attribute& attribute, std::uint32_t level,
   }
 }
 
+/// What base.index has if it is there, from the mesh that base.mesh has.
+void check_base_index(const Store& store, const std::filesystem::path& path,
+                      const BaseFigures& base) {
+  if (!std::filesystem::exists(path)) return;
+  constexpr std::uint32_t kNone = 0xffffffff;
+  Bytes arrays[8];
+  for (const auto& position : store.positions)
+    for (const double coordinate : position) {
+      std::uint64_t bits;
+      std::memcpy(&bits, &coordinate, 8);
+      append(arrays[0], bits, 8);
+    }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;
+  for (std::uint32_t e = 0; e < store.edges.size(); ++e) {
+    const Edge& edge = store.edges[e];
+    numbers[std::minmax(edge.start, edge.end)] = e;
+    const std::uint32_t own = 3 * edge.own_face + edge.own_side,
+                        other = edge.is_border() ? kNone : 3 * edge.other_face + edge.other_side;
+    for (const std::uint32_t field : {edge.start, edge.end, own, other})
+      append(arrays[3], field, 4);
+    if (edge.is_border()) append(arrays[5], e, 4);
+  }
+  // [vertex] its corner, and the next corner's vertex; 0 after a border edge.
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> corners(store.positions.size(), {kNone, 0});
+  for (std::uint32_t f = 0; f < store.faces.size(); ++f)
+    for (std::uint32_t x = 0; x < 3; ++x) {
+      const auto& face = store.faces[f];
+      const std::uint32_t vertex = face[x], next = face[(x + 1) % 3], after = face[(x + 2) % 3];
+      append(arrays[1], vertex, 4);
+      append(arrays[2], numbers.at(std::minmax(next, after)), 4);
+      const bool begins = store.edges[numbers.at(std::minmax(vertex, next))].is_border();
+      corners[vertex] =
+          std::min(corners[vertex], {begins ? 0 : 1 + std::uint64_t{next}, 3 * f + x});
+    }
+  for (const auto& corner : corners) append(arrays[4], corner.second, 4);
+  bool vertices_differ = store.input_vertex_count != store.positions.size(), faces_differ = false;
+  for (std::uint32_t v = 0; v < store.positions.size(); ++v)
+    vertices_differ = vertices_differ || store.input_vertices[v] != v;
+  for (std::uint32_t f = 0; f < store.faces.size(); ++f)
+    faces_differ = faces_differ || store.input_faces[f] != 2 * f;
+  if (vertices_differ)
+    for (const std::uint32_t vertex : store.input_vertices) append(arrays[6], vertex, 4);
+  if (faces_differ)
+    for (const std::uint32_t face : store.input_faces) append(arrays[7], face, 4);
+
+  Bytes file = {'p', 'l', 'a', 'i', 't', 'i', 'd', 'x'};
+  append(file, 1, 4);
+  append(file, (vertices_differ ? 1u : 0u) + (faces_differ ? 2u : 0u), 4);
+  for (const std::uint64_t count :
+       {store.positions.size(), store.edges.size(), store.faces.size(), arrays[5].size() / 4})
+    append(file, count, 8);
+  append(file, store.input_vertex_count, 8);
+  append(file, base.checksum, 8);
+  for (const Bytes& array : arrays)
+    for (std::size_t page = 0; page < array.size(); page += 65536)
+      append(file, XXH3_64bits(&array[page], std::min<std::size_t>(65536, array.size() - page)), 8);
+  append(file, XXH3_64bits(file.data(), file.size()), 8);
+  for (const Bytes& array : arrays) {
+    file.resize((file.size() + 4095) / 4096 * 4096);
+    file.insert(file.end(), array.begin(), array.end());
+  }
+  file.resize((file.size() + 4095) / 4096 * 4096);
+  require(read_file(path) == file, "base.index");
+}
+
 }  // namespace
 
 Store read_store(const std::filesystem::path& directory) {
@@ -452,6 +517,7 @@ Store read_store(const std::filesystem::path& directory) {
       read_description(store, description, u32(manifest, 16), in_shards, shards);
   read_base_mesh(store, directory / "base.mesh", base);
   number_edges(store, base);
+  check_base_index(store, directory / "base.index", base);
 
   if (!in_shards) shards = {{0, store.edges.size(), "", version, 32 + description.size(), 0}};
   for (std::size_t i = 0; in_shards && i < shards.size(); ++i) {

@@ -105,6 +105,7 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
   std::vector<std::byte> noise_base, noise_levels[2], part;
   {
     StoreOptions options = sample_options(variant.backend);
+    options.base_index = true;
     options.pipeline = variant.pipeline;
     Store store = Store::create(path, BaseMesh::build(with_integer_positions(mesh)), options,
                                 default_backends(), {.base_level = variant.base_level});
@@ -246,8 +247,10 @@ TEST_CASE("Format_TextsFaceAttributesAndMapsToTheInput_AreReadAsTheDocumentSays"
     std::swap(input.faces[face][1], input.faces[face][2]);
   const std::string note = "\tGitter für Ü-Wagen\n\xe2\x82\xac 20";
   {
+    StoreOptions options = sample_options("pread");
+    options.base_index = true;
     Store store = Store::create(path, lay_out(BaseMesh::build(input), LayoutKind::kHilbert),
-                                sample_options("pread"), default_backends());
+                                options, default_backends());
     store.notes().set_text("unit", "mm");
     store.notes().set_text("author", note);
     store.notes().add_face_attribute({"material", ComponentType::kUint16, 1});

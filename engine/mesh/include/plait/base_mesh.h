@@ -52,11 +52,65 @@ struct InputMaps {
   std::vector<FaceId> faces;
 };
 
+/// The arrays, in the order in which the file base.index has them.
+enum class MeshArray : std::uint8_t {
+  kPositions,
+  kFaces,
+  kFaceEdges,
+  kEdges,
+  kVertexCorners,
+  kBorderEdges,
+  kInputVertices,
+  kInputFaces,
+};
+
+struct MeshArrays {
+  std::span<const Vector3<double>> positions = {};
+  Topology mesh = {};
+  /// As in InputMaps; empty if no vertex was renumbered.
+  std::span<const VertexId> input_vertices = {};
+  /// [face] twice its number in the input, plus one if BaseMesh::build() turned it; empty if
+  /// nothing changed.
+  std::span<const std::uint32_t> input_faces = {};
+  std::uint64_t input_vertex_count = 0;
+};
+
+/// The arrays of a mesh that are read by pages. The spans of arrays() have their sizes and their
+/// addresses from the start. What the other functions are asked for is there when they return, is
+/// checked, and never changes again: a number in it is below the count of what it refers to.
+/// Threads: any number. Errors: kCorruption, kIo.
+class MeshPages {
+ public:
+  virtual ~MeshPages() = default;
+  virtual const MeshArrays& arrays() const noexcept = 0;
+  virtual void need(MeshArray array) const = 0;
+  /// All that Topology has. Its arrays also agree with each other: each side of a face is a side of
+  /// its edge and runs between its vertices, and each vertex is at its corner. So a walk around a
+  /// vertex comes to a border or back.
+  virtual void need_topology() const = 0;
+  /// The corners of one face, its edges, and the entries of these.
+  virtual void need_face(FaceId face) const = 0;
+  /// Of what was read until now.
+  virtual std::uint64_t memory_bytes() const noexcept = 0;
+};
+
 /// An oriented 2-manifold with or without border, of any genus, with any number of components.
-/// Immutable. Threads: shared (docs/threads.md).
+/// Immutable; copies share their arrays. Threads: shared (docs/threads.md).
+///
+/// The mesh of a store that has the file base.index (docs/format.md) reads its arrays from there,
+/// and checks them, when they are asked for. So every function that returns an array, maps or a
+/// Topology may read the disk in its first call. Errors of such a mesh: kCorruption for a damaged
+/// file; kIo.
 class BaseMesh {
  public:
   BaseMesh() = default;
+  BaseMesh(const BaseMesh&) = default;
+  BaseMesh& operator=(const BaseMesh&) = default;
+  BaseMesh(BaseMesh&& other) noexcept;
+  BaseMesh& operator=(BaseMesh&& other) noexcept;
+  ~BaseMesh() = default;
+  /// A mesh whose arrays are read by pages; for the store.
+  static BaseMesh of(std::shared_ptr<const MeshPages> pages);
 
   /// Builds the connectivity of `mesh` in O(V + F + sum of d log d) for valences d.
   /// Faces keep their order and their rotation; edges are numbered by first use (face by face,
@@ -82,50 +136,73 @@ class BaseMesh {
   InputMaps input_maps() const;
   /// Whether input_maps() has another number for any vertex or face than the one that it has now,
   /// or a face that build() turned.
-  bool differs_from_input() const { return !input_vertices_.empty() || !input_faces_.empty(); }
+  bool differs_from_input() const {
+    return !arrays_.input_vertices.empty() || !arrays_.input_faces.empty();
+  }
   /// The same mesh with other maps, for code that makes a mesh from another one or from a file.
   /// Ignores `maps.vertices` and `maps.faces`, which follow from the others. Errors:
   /// kInvalidArgument unless there is an entry for each vertex and face of this mesh, and each
   /// entry is a vertex below input_vertex_count, kNoId, or a face below face_count().
   BaseMesh with_input_maps(const InputMaps& maps) &&;
 
-  std::uint64_t vertex_count() const { return positions_.size(); }
-  std::uint64_t edge_count() const { return edges_.size(); }
-  std::uint64_t face_count() const { return faces_.size(); }
-  std::uint64_t border_edge_count() const { return border_edges_.size(); }
+  std::uint64_t vertex_count() const { return arrays_.positions.size(); }
+  std::uint64_t edge_count() const { return arrays_.mesh.edges.size(); }
+  std::uint64_t face_count() const { return arrays_.mesh.faces.size(); }
+  std::uint64_t border_edge_count() const { return arrays_.mesh.border_edges.size(); }
   /// Where the slots and blocks of a level are. All geometries of a store's levels come from here,
   /// by StoreAccess::geometry(), so only this function knows which slots a level has: today all,
   /// whole but for border edges. Errors: those of LevelGeometry.
   LevelGeometry geometry(BaseRelativeLevel level, std::size_t record_bytes,
                          std::uint64_t block_bytes) const;
 
-  std::span<const Vector3<double>> positions() const { return positions_; }
-  std::span<const Edge> edges() const { return edges_; }
-  std::span<const EdgeId> border_edges() const { return border_edges_; }
-  std::span<const std::array<VertexId, 3>> faces() const { return faces_; }
-  std::span<const std::array<EdgeId, 3>> face_edges() const { return face_edges_; }
+  std::span<const Vector3<double>> positions() const {
+    return needed(MeshArray::kPositions).positions;
+  }
+  std::span<const Edge> edges() const { return needed(MeshArray::kEdges).mesh.edges; }
+  std::span<const EdgeId> border_edges() const {
+    return needed(MeshArray::kBorderEdges).mesh.border_edges;
+  }
+  std::span<const std::array<VertexId, 3>> faces() const {
+    return needed(MeshArray::kFaces).mesh.faces;
+  }
+  std::span<const std::array<EdgeId, 3>> face_edges() const {
+    return needed(MeshArray::kFaceEdges).mesh.face_edges;
+  }
 
   /// The result refers to arrays of this object. The result is valid while the object lives and is
   /// not moved from.
   Topology topology() const {
-    return {faces_, face_edges_, edges_, vertex_corners_, border_edges_};
+    if (pages_) pages_->need_topology();
+    return arrays_.mesh;
+  }
+  /// All arrays, as they are in memory now. Only what was asked for may be read: by need_face(), or
+  /// by the functions above.
+  const MeshArrays& arrays() const { return arrays_; }
+  /// All arrays, to be read.
+  const MeshArrays& all_arrays() const;
+  /// Lets arrays() be read for one face: its corners, its edges, and these edges' entries.
+  /// REQUIRES: face < face_count().
+  void need_face(FaceId face) const {
+    if (pages_) pages_->need_face(face);
   }
 
-  /// Bytes of heap memory that this object holds.
+  /// Bytes of heap memory that this object holds, or of the pages that it has read.
   std::uint64_t memory_bytes() const;
 
  private:
-  std::vector<Vector3<double>> positions_;
-  std::vector<std::array<VertexId, 3>> faces_;
-  std::vector<std::array<EdgeId, 3>> face_edges_;
-  std::vector<Edge> edges_;
-  std::vector<FaceSide> vertex_corners_;
-  std::vector<EdgeId> border_edges_;
+  /// Arrays that build() or with_face_order() made.
+  struct OwnedArrays;
+  static BaseMesh of(std::shared_ptr<const OwnedArrays> made, std::uint64_t input_vertex_count);
+
+  const MeshArrays& needed(MeshArray array) const {
+    if (pages_) pages_->need(array);
+    return arrays_;
+  }
+
+  MeshArrays arrays_;
+  std::shared_ptr<const void> owner_, maps_owner_;  ///< of the arrays, unless there are pages
+  std::shared_ptr<const MeshPages> pages_;
   std::shared_ptr<const SlotShapes> slot_shapes_;  ///< nullptr: of no edge
-  std::vector<VertexId> input_vertices_;  ///< as in InputMaps; empty if no vertex was renumbered
-  std::uint64_t input_vertex_count_ = 0;
-  /// [face] twice its number in the input, plus one if build() turned it; empty if nothing changed.
-  std::vector<std::uint32_t> input_faces_;
 };
 
 /// Vertices, edges and faces at a level of refinement. One refinement gives V' = V + E, E' = 2E +

@@ -38,6 +38,7 @@ struct ImportRequest {
   std::uint64_t block_bytes = StoreOptions().block_bytes;
   /// If slots of positions would be larger, a finer level becomes the base mesh of the store.
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB
+  bool no_index = false;  ///< no file base.index (StoreOptions::base_index)
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   int threads = 1;                ///< 0: all processors
   ParallelFor parallel_for = {};  ///< as in StoreOptions

@@ -20,6 +20,7 @@ PLAIT_BEGIN_NAMESPACE
 enum class StoreFile : std::uint8_t {
   kDescription,  ///< version.S; nothing else of the version is known
   kBaseMesh,
+  kBaseIndex,    ///< base.index, which a store may be without
   kBlockTables,  ///< version.S; its description is whole
   kBaseRecords,
   kFaceRecords,
@@ -47,8 +48,9 @@ struct StoreCheck {
   StoreOptions options;        ///< as the manifest says
   Provenance provenance;
   std::vector<AttributeInfo> attributes;
-  BaseMesh base;           ///< empty if base.mesh is damaged
-  bool in_shards = false;  ///< the levels are in shards
+  BaseMesh base;                         ///< empty if base.mesh is damaged
+  std::uint64_t base_mesh_checksum = 0;  ///< of base.mesh, as the version says
+  bool in_shards = false;                ///< the levels are in shards
   std::vector<DamagedFile> damaged;
   std::vector<std::string> left_over;  ///< names in the directory that no version refers to
   std::vector<std::string> notes;      ///< harmless faults, such as a bad manifest slot
