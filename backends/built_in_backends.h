@@ -19,7 +19,8 @@ std::unique_ptr<Backend> open_memory_backend(const LevelSpec& level);
 // A level as a file of raw bytes, with explicit reads and writes.
 // When the pager recycles frames first-in first-out, this is the circular buffer of Guskov's paper.
 
-constexpr BackendTraits kPreadTraits{.durable = true, .overwrites_in_place = true};
+constexpr BackendTraits kPreadTraits{
+    .durable = true, .overwrites_in_place = true, .moves_runs = true};
 
 /// The space of a new file is allocated when the file is created. Errors: as open_fixed_file.
 std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
@@ -32,7 +33,7 @@ std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
 // written. A full disk kills the process (SIGBUS). And a stray pointer can change the store.
 
 constexpr BackendTraits kMmapTraits{
-    .durable = true, .maps_for_reading = true, .overwrites_in_place = true};
+    .durable = true, .maps_for_reading = true, .overwrites_in_place = true, .moves_runs = true};
 
 /// Errors: as open_fixed_file; kIo if the file cannot be mapped.
 std::unique_ptr<Backend> open_mmap_backend(const LevelSpec& level);
@@ -54,7 +55,8 @@ PLAIT_BEGIN_NAMESPACE
 // A level as a file of raw bytes, which io_uring reads and writes
 // past the page cache (O_DIRECT). The file is the same as with pread and mmap, byte for byte.
 
-constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = true};
+constexpr BackendTraits kUringTraits{
+    .durable = true, .overwrites_in_place = true, .moves_runs = true};
 
 /// All levels share one ring, and the page buffers for blocks whose memory is not aligned for
 /// O_DIRECT. A new file is preallocated.

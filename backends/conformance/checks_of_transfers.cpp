@@ -1,5 +1,5 @@
-// Checks of Backend::start, by which the pager moves blocks: all blocks of a level on their way at
-// once.
+// Checks of Backend::start and start_run, by which the pager moves blocks: all blocks of a level on
+// their way at once.
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -18,8 +18,11 @@ constexpr std::chrono::seconds kLongest(60);
 /// Transfers of all blocks of a level, each with memory of its own, and how they ended.
 class AllBlocks final : public TransferListener {
  public:
-  AllBlocks(Backend& backend, const LevelGeometry& geometry)
-      : backend_(backend), memory_(geometry.block_count()), transfers_(geometry.block_count()) {
+  AllBlocks(Backend& backend, const LevelGeometry& geometry, bool as_a_run)
+      : backend_(backend),
+        as_a_run_(as_a_run),
+        memory_(geometry.block_count()),
+        transfers_(geometry.block_count()) {
     for (std::uint32_t block = 0; block < transfers_.size(); ++block) {
       memory_[block].assign(geometry.block_bytes(block), std::byte{0xa5});
       transfers_[block].block = block;
@@ -36,10 +39,13 @@ class AllBlocks final : public TransferListener {
     ended_.assign(transfers_.size(), 0);
     errors_.assign(transfers_.size(), nullptr);
     then_read_ = then_read;
+    std::vector<Transfer*> run;
     for (Transfer& transfer : transfers_) {
       transfer.direction = direction;
-      backend_.start(transfer);
+      run.push_back(&transfer);
+      if (!as_a_run_) backend_.start(transfer);
     }
+    if (as_a_run_) backend_.start_run(run);
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, kLongest, [&] {
       return std::ranges::all_of(ended_, [&](int times) { return times >= (then_read ? 2 : 1); });
@@ -75,6 +81,7 @@ class AllBlocks final : public TransferListener {
   }
 
   Backend& backend_;
+  bool as_a_run_;
   std::vector<Bytes> memory_;
   std::deque<Transfer> transfers_;
   std::mutex mutex_;
@@ -93,13 +100,33 @@ void run(std::unique_ptr<AllBlocks>& blocks, CheckLog& log, Transfer::Direction 
   log.require(ended, "each transfer ends: its listener is called within a minute");
 }
 
-}  // namespace
-
-void check_transfers(const Subject& subject, CheckLog& log) {
+void check_damage(const Subject& subject, CheckLog& log, bool as_a_run) {
   LevelUnderTest level(subject);
-  auto blocks = std::make_unique<AllBlocks>(level.open(), level.geometry());
+  auto blocks = std::make_unique<AllBlocks>(level.open(), level.geometry(), as_a_run);
+  run(blocks, log, Transfer::Direction::kWrite);
+  level.table().entries()[2].checksum ^= 1;
+  run(blocks, log, Transfer::Direction::kRead);
+  for (std::uint64_t block = 0; block < level.geometry().block_count(); ++block) {
+    log.expect(blocks->ended(block) == 1, "each transfer ends once");
+    const std::optional<ErrorCode> error = blocks->error(block, log);
+    if (block == 2)
+      log.expect(error == ErrorCode::kCorruption,
+                 "read() compares the checksum in the table (kCorruption)");
+    else
+      log.expect(!error, "a damaged block lets no other block fail");
+  }
+  level.table().entries()[2].checksum ^= 1;
+  run(blocks, log, Transfer::Direction::kRead);
+  log.expect(!blocks->error(2, log), "a block whose checksum agrees again can be read");
+}
+
+void check_moves(const Subject& subject, CheckLog& log, bool as_a_run) {
+  LevelUnderTest level(subject);
+  auto blocks = std::make_unique<AllBlocks>(level.open(), level.geometry(), as_a_run);
   for (const bool then_read : {false, true}) {
-    log.at(then_read ? "each block is read from the listener of its write" : "");
+    log.at(as_a_run    ? "start_run()"
+           : then_read ? "each block is read from the listener of its write"
+                       : "");
     std::vector<Bytes> contents;
     for (std::uint32_t block = 0; block < level.geometry().block_count(); ++block) {
       contents.push_back(make_content(level.geometry().block_bytes(block), Content::kSmooth,
@@ -121,24 +148,14 @@ void check_transfers(const Subject& subject, CheckLog& log) {
   }
 }
 
+}  // namespace
+
+void check_transfers(const Subject& subject, CheckLog& log) {
+  for (const bool as_a_run : {false, true}) check_moves(subject, log, as_a_run);
+}
+
 void check_damaged_transfer(const Subject& subject, CheckLog& log) {
-  LevelUnderTest level(subject);
-  auto blocks = std::make_unique<AllBlocks>(level.open(), level.geometry());
-  run(blocks, log, Transfer::Direction::kWrite);
-  level.table().entries()[2].checksum ^= 1;
-  run(blocks, log, Transfer::Direction::kRead);
-  for (std::uint64_t block = 0; block < level.geometry().block_count(); ++block) {
-    log.expect(blocks->ended(block) == 1, "each transfer ends once");
-    const std::optional<ErrorCode> error = blocks->error(block, log);
-    if (block == 2)
-      log.expect(error == ErrorCode::kCorruption,
-                 "read() compares the checksum in the table (kCorruption)");
-    else
-      log.expect(!error, "a damaged block lets no other block fail");
-  }
-  level.table().entries()[2].checksum ^= 1;
-  run(blocks, log, Transfer::Direction::kRead);
-  log.expect(!blocks->error(2, log), "a block whose checksum agrees again can be read");
+  for (const bool as_a_run : {false, true}) check_damage(subject, log, as_a_run);
 }
 
 }  // namespace plait::conformance

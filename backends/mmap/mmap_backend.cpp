@@ -5,6 +5,7 @@
 #include <boost/interprocess/mapped_region.hpp>
 #include <cerrno>
 
+#include "base/caught.h"
 #include "built_in_backends.h"
 #include "io/file_operations.h"
 #include "io/system_call.h"
@@ -52,6 +53,29 @@ class MappedLevel final : public Backend {
     bring_in(fixed_bytes(geometry_, blocks));
     copy_unless_same(from, into.data(), into.size());
     check_raw(geometry_, table_, blocks, into, file_.path());
+  }
+
+  void start_run(std::span<Transfer* const> run) noexcept override {
+    // What a call does not map, each block maps by itself, and then gets its own error.
+    try {
+      if (run.front()->direction == Transfer::Direction::kRead)
+        bring_in(fixed_bytes(geometry_, {run.front()->block, run.size()}));
+    } catch (const std::exception&) {
+      return Backend::start_run(run);
+    }
+    for (Transfer* const transfer : run) {
+      std::exception_ptr error;
+      try {
+        if (transfer->direction == Transfer::Direction::kWrite)
+          check_writable(file_, OpenMode::kRead);
+        copy_unless_same(address(transfer->block), transfer->memory.data(),
+                         transfer->memory.size());
+        check_raw(geometry_, table_, {transfer->block, 1}, transfer->memory, file_.path());
+      } catch (...) {
+        error = caught_exception();
+      }
+      transfer->listener->finished(*transfer, error);
+    }
   }
 
   void write(BlockRange blocks, std::span<const std::byte> from) override {

@@ -1,10 +1,14 @@
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <span>
 #include <vector>
 
+#include "base/caught.h"
 #include "built_in_backends.h"
 #include "level_file.h"
+#include "rest_of_run.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -39,14 +43,26 @@ class PreadBackend final : public Backend {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
     file_.write_at(geometry_.block_offset(blocks.first), from);
-    // A new block does not change again soon, so the disk can write it while the caller computes,
-    // and not only when the caller syncs. For blocks that a sweep reads and overwrites, it is
-    // faster to let the system choose the time (docs/benchmarks.md).
-    const std::span<std::uint8_t> in_file = std::span(in_file_).subspan(blocks.first, blocks.count);
-    if (std::ranges::find(in_file, std::uint8_t{1}) == in_file.end())
-      start_writing(file_, fixed_bytes(geometry_, blocks));
-    std::ranges::fill(in_file, std::uint8_t{1});
+    note_in_file(blocks);
     seal_raw(geometry_, table_, blocks, from);
+  }
+
+  void start_run(std::span<Transfer* const> run) noexcept override {
+    RestOfRun rest(run, geometry_.block_offset(run.front()->block));
+    while (!rest.empty()) {
+      const std::size_t before = rest.moved_blocks();
+      std::exception_ptr error;
+      try {
+        move(run.front()->direction, rest);
+      } catch (...) {
+        error = caught_exception();
+      }
+      const std::size_t moved = rest.moved_blocks();
+      // The error is that of the block in which the call stopped. The others are tried as well.
+      if (error) rest.leave_out_block();
+      end_moved(run.subspan(before, moved - before));
+      if (error) run[moved]->listener->finished(*run[moved], error);
+    }
   }
 
   void advise(BlockRange, Advice advice) noexcept override {
@@ -59,6 +75,49 @@ class PreadBackend final : public Backend {
   std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
 
  private:
+  /// Moves all of the rest, or throws where it stopped.
+  void move(Transfer::Direction direction, RestOfRun& rest) {
+    const bool read = direction == Transfer::Direction::kRead;
+    if (!read) check_writable(file_, mode_);
+    while (!rest.empty())
+      rest.move_on(read ? file_.read_some(rest.offset(), rest.pieces())
+                        : file_.write_some(rest.offset(), rest.pieces()));
+  }
+
+  void end_moved(std::span<Transfer* const> run) noexcept {
+    if (run.empty()) return;
+    const bool read = run.front()->direction == Transfer::Direction::kRead;
+    std::exception_ptr of_all;
+    try {
+      if (!read) note_in_file({run.front()->block, run.size()});
+    } catch (...) {
+      of_all = caught_exception();
+    }
+    for (Transfer* const transfer : run) {
+      std::exception_ptr error = of_all;
+      try {
+        if (read)
+          check_raw(geometry_, table_, {transfer->block, 1}, transfer->memory, file_.path());
+        else if (!error)
+          seal_raw(geometry_, table_, {transfer->block, 1}, transfer->memory);
+      } catch (...) {
+        error = caught_exception();
+      }
+      transfer->listener->finished(*transfer, error);
+    }
+  }
+
+  /// Notes that the file has these blocks now. A new block does not change again soon, so the disk
+  /// can write it while the caller computes, and not only when the caller syncs. For blocks that a
+  /// sweep reads and overwrites, it is faster to let the system choose the time
+  /// (docs/benchmarks.md).
+  void note_in_file(BlockRange blocks) {
+    const std::span<std::uint8_t> in_file = std::span(in_file_).subspan(blocks.first, blocks.count);
+    if (std::ranges::find(in_file, std::uint8_t{1}) == in_file.end())
+      start_writing(file_, fixed_bytes(geometry_, blocks));
+    std::ranges::fill(in_file, std::uint8_t{1});
+  }
+
   bool is_written(std::uint64_t block) const {
     return table_[block].encoding != BlockEncoding::kNeverWritten;
   }

@@ -129,8 +129,8 @@ UringRing::~UringRing() {
   ::io_uring_queue_exit(&ring_);
 }
 
-void UringRing::submit(Operation operation, int descriptor, std::uint64_t offset,
-                       std::span<std::byte> memory, RingRequest& request) noexcept {
+template <class Prepare>
+void UringRing::submit_prepared(RingRequest& request, Prepare prepare) noexcept {
   std::unique_lock lock(mutex_);
   io_uring_sqe* entry = ::io_uring_get_sqe(&ring_);
   if (!entry) {  // the queue is full of entries that the kernel refused before
@@ -139,16 +139,34 @@ void UringRing::submit(Operation operation, int descriptor, std::uint64_t offset
   }
   int error = EBUSY;
   if (entry) {
-    const auto bytes = static_cast<unsigned>(std::min(memory.size(), kMaxTransferBytes));
-    if (operation == Operation::kRead)
-      ::io_uring_prep_read(entry, descriptor, memory.data(), bytes, offset);
-    else
-      ::io_uring_prep_write(entry, descriptor, memory.data(), bytes, offset);
+    prepare(entry);
     ::io_uring_sqe_set_data(entry, &request);
     error = hand_over(lock, *entry);
   }
   lock.unlock();
   if (error != 0) request.completed(-error);
+}
+
+void UringRing::submit(Operation operation, int descriptor, std::uint64_t offset,
+                       std::span<std::byte> memory, RingRequest& request) noexcept {
+  submit_prepared(request, [&](io_uring_sqe* entry) {
+    const auto bytes = static_cast<unsigned>(std::min(memory.size(), kMaxTransferBytes));
+    if (operation == Operation::kRead)
+      ::io_uring_prep_read(entry, descriptor, memory.data(), bytes, offset);
+    else
+      ::io_uring_prep_write(entry, descriptor, memory.data(), bytes, offset);
+  });
+}
+
+void UringRing::submit(Operation operation, int descriptor, std::uint64_t offset,
+                       std::span<const iovec> pieces, RingRequest& request) noexcept {
+  submit_prepared(request, [&](io_uring_sqe* entry) {
+    const auto count = static_cast<unsigned>(pieces.size());
+    if (operation == Operation::kRead)
+      ::io_uring_prep_readv(entry, descriptor, pieces.data(), count, offset);
+    else
+      ::io_uring_prep_writev(entry, descriptor, pieces.data(), count, offset);
+  });
 }
 
 int UringRing::hand_over(std::unique_lock<std::mutex>& lock, io_uring_sqe& entry) noexcept {

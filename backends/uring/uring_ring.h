@@ -2,6 +2,7 @@
 #pragma once
 
 #include <liburing.h>
+#include <sys/uio.h>
 
 #include <atomic>
 #include <cstddef>
@@ -53,8 +54,14 @@ class UringRing {
   /// the error, and the kernel never accesses the memory.
   void submit(Operation operation, int descriptor, std::uint64_t offset,
               std::span<std::byte> memory, RingRequest& request) noexcept;
+  /// The same for several pieces of memory, one after another. `pieces` must live as long.
+  void submit(Operation operation, int descriptor, std::uint64_t offset,
+              std::span<const iovec> pieces, RingRequest& request) noexcept;
 
  private:
+  /// `prepare(entry)` fills the entry.
+  template <class Prepare>
+  void submit_prepared(RingRequest& request, Prepare prepare) noexcept;
   void reap() noexcept;
   /// The user data of the request that ends the thread.
   void* end_mark() noexcept { return this; }

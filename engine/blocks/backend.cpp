@@ -17,4 +17,8 @@ void Backend::start(Transfer& transfer) noexcept {
   transfer.listener->finished(transfer, error);
 }
 
+void Backend::start_run(std::span<Transfer* const> run) noexcept {
+  for (Transfer* const transfer : run) start(*transfer);
+}
+
 PLAIT_END_NAMESPACE

@@ -2,12 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+int most_run_log2(const LevelGeometry& geometry) noexcept {
+  const std::uint64_t bytes = std::max<std::uint64_t>(geometry.max_block_bytes(), 1);
+  const std::uint64_t blocks = std::min<std::uint64_t>(kRunBytes / bytes, kMostRunBlocks);
+  return std::max(static_cast<int>(std::bit_width(blocks)) - 1, 0);
+}
+
+BlockRange run_of(const LevelFile& level, std::uint64_t block) noexcept {
+  const std::uint64_t first = block >> level.run_log2 << level.run_log2;
+  const std::uint64_t most = std::uint64_t{1} << level.run_log2;
+  return {first, std::min(most, level.geometry.block_count() - first)};
+}
 
 bool needs_other_blocks(const LevelFile& level) noexcept {
   if (level.traits.in_memory || level.geometry.block_count() == 0) return false;

@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <string_view>
 #include <utility>
@@ -51,6 +53,32 @@ void refuse_other_kinds(const struct stat& status, const std::filesystem::path& 
                                 kind_of(status.st_mode)))
       .about(path);
 }
+
+/// Pieces of memory as a system call takes them.
+class Pieces {
+ public:
+  explicit Pieces(std::span<const std::span<std::byte>> pieces) noexcept {
+    for (const std::span<std::byte> piece :
+         pieces.first(std::min(pieces.size(), File::kMostPieces))) {
+      vectors_[count_++] = {piece.data(), piece.size()};
+      bytes_ += piece.size();
+    }
+  }
+  std::uint64_t bytes() const noexcept { return bytes_; }
+  /// The first `most_bytes` bytes.
+  std::span<const iovec> first(std::uint64_t most_bytes) noexcept {
+    std::size_t count = 0;
+    while (count < count_ && most_bytes > vectors_[count].iov_len)
+      most_bytes -= vectors_[count++].iov_len;
+    if (count < count_) vectors_[count].iov_len = std::min(vectors_[count].iov_len, most_bytes);
+    return {vectors_.data(), std::min(count + 1, count_)};
+  }
+
+ private:
+  std::array<iovec, File::kMostPieces> vectors_;
+  std::size_t count_ = 0;
+  std::uint64_t bytes_ = 0;
+};
 
 }  // namespace
 
@@ -110,33 +138,54 @@ File& File::operator=(File&& other) noexcept {
 
 void File::read_at(std::uint64_t offset, std::span<std::byte> into) const {
   while (!into.empty()) {
-    const ssize_t got = attempt({Kind::kRead, path_, offset, into.size()}, [&](auto most_bytes) {
-      return ::pread(descriptor_, into.data(), most_bytes, static_cast<off_t>(offset));
-    });
-    if (got < 0) throw system_error("read", path_.native(), errno, offset);
-    if (got == 0)
-      throw Error(ErrorCode::kCorruption,
-                  fmt::format("read {}: the file ends at byte {}, expected {} more bytes there",
-                              path_.native(), offset, into.size()))
-          .about(path_, offset);
-    into = into.subspan(static_cast<std::size_t>(got));
-    offset += static_cast<std::uint64_t>(got);
+    const std::uint64_t got = read_some(offset, std::span(&into, 1));
+    into = into.subspan(got);
+    offset += got;
   }
 }
 
 void File::write_at(std::uint64_t offset, std::span<const std::byte> from) {
   while (!from.empty()) {
-    const ssize_t put = attempt({Kind::kWrite, path_, offset, from.size()}, [&](auto most_bytes) {
-      return ::pwrite(descriptor_, from.data(), most_bytes, static_cast<off_t>(offset));
-    });
-    if (put < 0) throw system_error("write", path_.native(), errno, offset);
-    if (put == 0)
-      throw Error(ErrorCode::kIo, fmt::format("write {}: at byte {} none of {} bytes was written",
-                                              path_.native(), offset, from.size()))
-          .about(path_, offset);
-    from = from.subspan(static_cast<std::size_t>(put));
-    offset += static_cast<std::uint64_t>(put);
+    // The cast is safe: a write does not change the memory.
+    const std::span<std::byte> rest(const_cast<std::byte*>(from.data()), from.size());
+    const std::uint64_t put = write_some(offset, std::span(&rest, 1));
+    from = from.subspan(put);
+    offset += put;
   }
+}
+
+std::uint64_t File::read_some(std::uint64_t offset,
+                              std::span<const std::span<std::byte>> pieces) const {
+  Pieces vectors(pieces);
+  const ssize_t got =
+      attempt({Kind::kRead, path_, offset, vectors.bytes()}, [&](std::uint64_t most_bytes) {
+        const std::span<const iovec> part = vectors.first(most_bytes);
+        return ::preadv(descriptor_, part.data(), static_cast<int>(part.size()),
+                        static_cast<off_t>(offset));
+      });
+  if (got < 0) throw system_error("read", path_.native(), errno, offset);
+  if (got == 0)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("read {}: the file ends at byte {}, expected {} more bytes there",
+                            path_.native(), offset, pieces.front().size()))
+        .about(path_, offset);
+  return static_cast<std::uint64_t>(got);
+}
+
+std::uint64_t File::write_some(std::uint64_t offset, std::span<const std::span<std::byte>> pieces) {
+  Pieces vectors(pieces);
+  const ssize_t put =
+      attempt({Kind::kWrite, path_, offset, vectors.bytes()}, [&](std::uint64_t most_bytes) {
+        const std::span<const iovec> part = vectors.first(most_bytes);
+        return ::pwritev(descriptor_, part.data(), static_cast<int>(part.size()),
+                         static_cast<off_t>(offset));
+      });
+  if (put < 0) throw system_error("write", path_.native(), errno, offset);
+  if (put == 0)
+    throw Error(ErrorCode::kIo, fmt::format("write {}: at byte {} none of {} bytes was written",
+                                            path_.native(), offset, pieces.front().size()))
+        .about(path_, offset);
+  return static_cast<std::uint64_t>(put);
 }
 
 std::uint64_t File::size() const {

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <condition_variable>
 #include <future>
+#include <mutex>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -26,6 +29,30 @@ class Waiting final : public TransferListener {
  private:
   std::promise<void> done_;
 };
+
+/// Waits until each transfer of a run has ended, and keeps how: errors[tag].
+class WaitingForAll final : public TransferListener {
+ public:
+  explicit WaitingForAll(std::vector<std::exception_ptr>& errors)
+      : errors_(errors), pending_(errors.size()) {}
+  void finished(Transfer& transfer, std::exception_ptr error) noexcept override {
+    const std::scoped_lock lock(mutex_);
+    errors_[transfer.tag] = std::move(error);
+    if (--pending_ == 0) ended_.notify_all();
+  }
+  void wait() {
+    std::unique_lock lock(mutex_);
+    ended_.wait(lock, [&] { return pending_ == 0; });
+  }
+
+ private:
+  std::vector<std::exception_ptr>& errors_;
+  std::size_t pending_;
+  std::mutex mutex_;
+  std::condition_variable ended_;
+};
+
+constexpr std::size_t kAlignment = 4096;  // of frames
 
 /// Finds the attribute whose block tables have this number.
 AttributeId numbered(const Store& store, const ContextBlock& needed) {
@@ -68,12 +95,62 @@ void read_block(const Store& store, AttributeId attribute, int level, std::uint6
   waiting.wait();
 }
 
+void RunBuffer::Free::operator()(std::byte* memory) const {
+  ::operator delete(memory, std::align_val_t(kAlignment));
+}
+
+void RunBuffer::read(const Store& store, AttributeId attribute, int level, std::uint64_t block) {
+  const LevelFile& file = StoreAccess::level_file(store, attribute, level);
+  if (file_ != &file || block < blocks_.first || block >= blocks_.first + blocks_.count) {
+    const BlockRange run = run_of(file, block);
+    file_ = nullptr;
+    blocks_ = {block, 1};
+    while (block + blocks_.count < run.first + run.count &&
+           file.table[block + blocks_.count].encoding != BlockEncoding::kNeverWritten)
+      ++blocks_.count;
+    const std::uint64_t bytes =
+        blocks_.count * FramePool::frame_bytes(file.geometry.max_block_bytes());
+    if (bytes > bytes_) {
+      memory_.reset();
+      bytes_ = 0;
+      memory_.reset(static_cast<std::byte*>(::operator new(bytes, std::align_val_t(kAlignment))));
+      bytes_ = bytes;
+    }
+    errors_.assign(blocks_.count, nullptr);
+    if (blocks_.count > 1)
+      read_run(file);
+    else
+      read_block(store, attribute, level, block, {memory_.get(), file.geometry.block_bytes(block)});
+    file_ = &file;
+  }
+  if (const std::exception_ptr& error = errors_[block - blocks_.first])
+    std::rethrow_exception(error);
+}
+
+void RunBuffer::read_run(const LevelFile& file) {
+  const std::uint64_t frame_bytes = FramePool::frame_bytes(file.geometry.max_block_bytes());
+  WaitingForAll waiting(errors_);
+  std::vector<Transfer> transfers(blocks_.count);
+  std::vector<Transfer*> run;
+  for (std::uint64_t i = 0; i < blocks_.count; ++i) {
+    const std::uint64_t block = blocks_.first + i;
+    transfers[i] = {.block = block,
+                    .memory = {memory_.get() + i * frame_bytes, file.geometry.block_bytes(block)},
+                    .listener = &waiting,
+                    .tag = static_cast<std::uint32_t>(i)};
+    run.push_back(&transfers[i]);
+  }
+  file.backend->start_run(run);
+  waiting.wait();
+}
+
 Session open_source_session(const Store& store, const LevelFile& level) {
   if (needs_other_blocks(level)) return StoreAccess::open_session(store);
-  constexpr std::uint64_t kBlocks = Pager::kInFlight + 2;  // one is pinned, one was before
+  constexpr std::uint64_t kBlocks = Pager::kInFlight + 2;  // or runs; one is pinned, one was before
   const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
   const std::uint64_t half = StoreAccess::pager(store).budget_bytes() / 2;
-  return StoreAccess::open_session(store, {.share_bytes = std::min(kBlocks * frame_bytes, half)});
+  const std::uint64_t wanted = kBlocks * frame_bytes << level.run_log2;
+  return StoreAccess::open_session(store, {.share_bytes = std::min(wanted, half)});
 }
 
 PLAIT_END_NAMESPACE

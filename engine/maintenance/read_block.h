@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -30,6 +32,27 @@ class PinnedContext {
 /// changed blocks. Errors: those of Backend::read(); kBudget if the needed blocks do not fit.
 void read_block(const Store& store, AttributeId attribute, int level, std::uint64_t block,
                 std::span<std::byte> into);
+
+/// Reads blocks in ascending order from their files, past the pager. It reads the rest of a run
+/// when its first block is asked for. Takes the memory of one run, or of one block if that is
+/// larger.
+class RunBuffer {
+ public:
+  /// REQUIRES and errors: as read_block(), of this block alone; std::bad_alloc.
+  void read(const Store& store, AttributeId attribute, int level, std::uint64_t block);
+
+ private:
+  struct Free {
+    void operator()(std::byte* memory) const;
+  };
+  void read_run(const LevelFile& file);
+
+  const LevelFile* file_ = nullptr;
+  BlockRange blocks_;  ///< that were read of it
+  std::vector<std::exception_ptr> errors_;
+  std::unique_ptr<std::byte, Free> memory_;  ///< with the alignment of frames
+  std::uint64_t bytes_ = 0;
+};
 
 // The session of a sweep that reads each block of a level
 // once, beside another session that does the work.

@@ -1,7 +1,6 @@
 #include "plait/verify.h"
 
 #include <utility>
-#include <vector>
 
 #include "base/damage.h"
 #include "maintenance/read_block.h"
@@ -23,7 +22,7 @@ VerifyReport verify(const Store& store, const ProgressCallback& progress,
   // That changes no record.
   StoreAccess::pager(const_cast<Store&>(store)).flush();
   VerifyReport report;
-  std::vector<std::byte> buffer;
+  RunBuffer buffer;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     const AttributeInfo& info = store.attributes()[id];
     for (int level = store.base_level() + 1; level <= info.finest_level; ++level) {
@@ -35,10 +34,7 @@ VerifyReport verify(const Store& store, const ProgressCallback& progress,
         const bool is_written = file.table[block].encoding != BlockEncoding::kNeverWritten;
         if (!is_written) ++report.never_written;
         try {
-          if (is_written) {
-            buffer.resize(bytes);
-            read_block(store, id, level, block, buffer);
-          }
+          if (is_written) buffer.read(store, id, level, block);
         } catch (const Error& error) {
           // A bad place on the disk is kIo. The blocks beside it may be whole.
           if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kIo) throw;

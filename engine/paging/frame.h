@@ -69,11 +69,12 @@ struct Frame {
   std::uint32_t index = 0;
   QueuedTransfer transfer;
   std::array<std::span<const std::byte>, kMostContextBlocks>
-      context_bytes;    ///< for Transfer::context
-  ListLink in_list;     ///< of vacant frames; of a clock; or of frames that ended sessions left
-  OrderLink in_order;   ///< of WindowEviction, or of prefetched frames
-  ListLink to_write;    ///< of dirty frames whose write is queued
-  ListLink in_session;  ///< of content.session
+      context_bytes;   ///< for Transfer::context
+  ListLink in_list;    ///< of vacant frames; of a clock; or of frames that ended sessions left
+  OrderLink in_order;  ///< of WindowEviction, or of prefetched frames
+  ListLink to_write;   ///< of dirty frames whose write is queued
+  bool waits_for_run = false;  ///< in that list, until the rest of its run is queued too
+  ListLink in_session;         ///< of content.session
 };
 
 /// Whether the block's bytes are in the frame.

@@ -33,6 +33,7 @@ void FrameTable::attach(LevelFile& level) {
     slots_.emplace_back();
     slot = slots_.end() - 1;
   }
+  level.run_log2 = level.traits.moves_runs ? most_run_log2(level.geometry) : 0;
   slot->frames = std::make_unique<std::atomic<Frame*>[]>(level.geometry.block_count());
   slot->level = &level;
   level.frames = slot->frames.get();
@@ -91,6 +92,7 @@ Frame* FrameTable::claim(const LevelFile& level, std::uint64_t block, std::byte*
   content.addressed = address != nullptr;
   content.order = level.geometry.edge_after(block);
   frame.transfer.backend = level.backend.get();
+  frame.transfer.run_log2 = level.run_log2;
   frame.transfer.block = block;
   frame.transfer.memory = {memory, content.block_bytes};
   frame.transfer.tag = frame.index;

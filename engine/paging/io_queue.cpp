@@ -3,10 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "base/threads.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+bool follows(const QueuedTransfer& before, const QueuedTransfer& after) noexcept {
+  return after.block == before.block + 1 && after.backend == before.backend &&
+         after.block >> after.run_log2 == before.block >> before.run_log2;
+}
+
+void TransferRun::start() const noexcept {
+  Backend& backend = *transfers_.front()->backend;
+  if (transfers_.size() == 1) return backend.start(*transfers_.front());
+  boost::container::static_vector<Transfer*, kMostRunBlocks> run(transfers_.begin(),
+                                                                 transfers_.end());
+  backend.start_run({run.data(), run.size()});
+}
 
 IoQueue::~IoQueue() {
   {
@@ -24,10 +38,10 @@ void IoQueue::start_threads() {
                      [this] { work(); }));
 }
 
-void IoQueue::submit(QueuedTransfer& transfer) noexcept {
+void IoQueue::submit(const TransferRun& run) noexcept {
   {
     const std::scoped_lock lock(mutex_);
-    queue_.push_back(transfer);
+    for (QueuedTransfer* const transfer : run.transfers()) queue_.push_back(*transfer);
   }
   queued_.notify_one();
 }
@@ -39,17 +53,42 @@ bool IoQueue::withdraw(QueuedTransfer& transfer) noexcept {
   return true;
 }
 
+TransferRun IoQueue::take(Queue::iterator at) noexcept {
+  const auto joins = [](Queue::iterator before, Queue::iterator after) {
+    return before->direction == after->direction && follows(*before, *after);
+  };
+  auto first = at, after = std::next(at);
+  while (first != queue_.begin() && joins(std::prev(first), first)) --first;
+  while (after != queue_.end() && joins(std::prev(after), after)) ++after;
+  TransferRun run;
+  while (first != after) {
+    run.add(*first);
+    first = queue_.erase(first);
+  }
+  return run;
+}
+
+bool IoQueue::begin(QueuedTransfer& transfer) noexcept {
+  TransferRun run;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!transfer.in_queue.is_linked()) return false;
+    run = take(queue_.iterator_to(transfer));
+  }
+  run.start();
+  return true;
+}
+
 bool IoQueue::begin_oldest(Transfer::Direction direction) noexcept {
-  QueuedTransfer* transfer = nullptr;
+  TransferRun run;
   {
     const std::scoped_lock lock(mutex_);
     const auto oldest = std::ranges::find_if(
         queue_, [&](const QueuedTransfer& queued) { return queued.direction == direction; });
     if (oldest == queue_.end()) return false;
-    transfer = &*oldest;
-    queue_.erase(oldest);
+    run = take(oldest);
   }
-  transfer->backend->start(*transfer);
+  run.start();
   return true;
 }
 
@@ -58,10 +97,9 @@ void IoQueue::work() noexcept {
   while (true) {
     queued_.wait(lock, [&] { return ending_ || !queue_.empty(); });
     if (queue_.empty()) return;
-    QueuedTransfer& transfer = queue_.front();
-    queue_.pop_front();
+    const TransferRun run = take(queue_.begin());
     lock.unlock();
-    transfer.backend->start(transfer);
+    run.start();
     lock.lock();
   }
 }

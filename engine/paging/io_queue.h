@@ -1,9 +1,13 @@
-// A queue of transfers that I/O threads carry out, oldest first.
+// A queue of transfers that I/O threads carry out, oldest first. This is the one place where
+// transfers of adjacent blocks are joined: what lies side by side in the queue begins together.
 #pragma once
 
+#include <boost/container/static_vector.hpp>
 #include <boost/intrusive/list.hpp>
 #include <condition_variable>
+#include <cstddef>
 #include <mutex>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -14,7 +18,28 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// A transfer with its link in the queue, so that queueing it allocates no memory.
 struct QueuedTransfer : Transfer {
   Backend* backend = nullptr;
+  int run_log2 = 0;  ///< of its level
   boost::intrusive::list_member_hook<> in_queue;
+};
+
+/// Whether the block of `after` moves in one run with that of `before`, behind it.
+bool follows(const QueuedTransfer& before, const QueuedTransfer& after) noexcept;
+
+/// Transfers that begin together. REQUIRES: each follows the one before it.
+class TransferRun {
+ public:
+  TransferRun() = default;
+  explicit TransferRun(QueuedTransfer& only) noexcept { add(only); }
+  void add(QueuedTransfer& transfer) noexcept { transfers_.push_back(&transfer); }
+  bool empty() const noexcept { return transfers_.empty(); }
+  std::span<QueuedTransfer* const> transfers() const noexcept {
+    return {transfers_.data(), transfers_.size()};
+  }
+  /// Begins them in this thread. REQUIRES: it is not empty.
+  void start() const noexcept;
+
+ private:
+  boost::container::static_vector<QueuedTransfer*, kMostRunBlocks> transfers_;
 };
 
 /// Threads that pass queued transfers to their backends. Safe from any thread. Only begin_oldest()
@@ -33,14 +58,17 @@ class IoQueue {
   /// a time may call it. Errors: kOutOfMemory if a thread cannot be started.
   void start_threads();
 
-  /// Queues a transfer. Backend and transfer must exist until the listener is called. REQUIRES: the
-  /// threads run.
-  void submit(QueuedTransfer& transfer) noexcept;
+  /// Queues transfers, one after another. Backend and transfers must exist until the listener is
+  /// called. REQUIRES: the threads run.
+  void submit(const TransferRun& run) noexcept;
   /// Removes a transfer from the queue. Returns false if it has begun; then its listener will be
   /// called.
   bool withdraw(QueuedTransfer& transfer) noexcept;
-  /// Begins the oldest queued transfer of this direction in the calling thread, which would
-  /// otherwise only wait for it. Returns false if the queue has none.
+  /// Begins a transfer in the calling thread, which would otherwise only wait for it, together with
+  /// those that it is queued side by side with. Returns false if it has begun.
+  bool begin(QueuedTransfer& transfer) noexcept;
+  /// The same for the oldest queued transfer of this direction. Returns false if the queue has
+  /// none.
   bool begin_oldest(Transfer::Direction direction) noexcept;
 
  private:
@@ -48,6 +76,8 @@ class IoQueue {
       QueuedTransfer,
       boost::intrusive::member_hook<QueuedTransfer, boost::intrusive::list_member_hook<>,
                                     &QueuedTransfer::in_queue>>;
+  /// Takes a transfer off the queue, with its neighbours. REQUIRES: the caller has the lock.
+  TransferRun take(Queue::iterator at) noexcept;
   void work() noexcept;
 
   int thread_count_;

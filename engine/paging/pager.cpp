@@ -20,7 +20,9 @@ Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads
     : events_(std::move(events)),
       table_(budget_bytes),
       sessions_(table_.pool()),
-      transfers_(io_threads, *this) {}
+      transfers_(io_threads, *this) {
+  transfers_.set_most_waiting(budget_bytes / kPartThatWaits);
+}
 
 Pager::Implementation::~Implementation() { discard(); }
 
@@ -59,6 +61,7 @@ void Pager::Implementation::refuse_writes() noexcept {
 void Pager::Implementation::set_aside(std::uint64_t bytes) noexcept {
   const Lock lock(mutex_);
   table_.pool().set_aside(bytes);
+  transfers_.set_most_waiting(table_.pool().budget_bytes() / kPartThatWaits);
 }
 
 std::uint64_t Pager::Implementation::budget_bytes() const noexcept {

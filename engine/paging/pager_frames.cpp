@@ -72,7 +72,7 @@ void Pager::Implementation::open(Frame& frame) noexcept {
 void Pager::Implementation::add_pin(SessionState& session, Frame& frame, EdgeId order) noexcept {
   sessions_.give(frame, &session);
   frame.content.order = order;
-  frame.to_write.unlink();
+  transfers_.cancel_write(frame);
   frame.open_to.store(&session, std::memory_order_relaxed);
   frame.pins.add(may_open(frame));
 }
@@ -103,7 +103,7 @@ void Pager::Implementation::place_unpinned(Frame& frame) noexcept {
 }
 
 void Pager::Implementation::drop(Frame& frame) noexcept {
-  frame.to_write.unlink();
+  transfers_.cancel_write(frame);
   sessions_.give(frame, nullptr);
   drop_context(frame);
   table_.vacate(frame);

@@ -12,6 +12,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <span>
 
 #include "io/process.h"
 #include "paging/frame_table.h"
@@ -59,8 +60,11 @@ class Pager::Implementation final : public TransferListener {
   void unpinned(Lock& lock) noexcept;
   /// REQUIRES: the calling thread does not have the lock.
   void end_pins(SessionState& session, SessionCaller& caller, std::uint32_t pins) noexcept;
-  bool prefetch(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
-  bool read_ahead(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
+  /// Reads at most `count` blocks, of one run.
+  bool prefetch(SessionState& session, const LevelFile& level, std::uint64_t block,
+                std::uint64_t count) noexcept;
+  bool read_ahead(SessionState& session, const LevelFile& level, std::uint64_t block,
+                  std::uint64_t count) noexcept;
   void end_prefetch(SessionState& session) noexcept;
   PagingStatistics statistics(const SessionState& session) const;
 
@@ -69,6 +73,10 @@ class Pager::Implementation final : public TransferListener {
  private:
   using Direction = Transfer::Direction;
   using State = Frame::State;
+
+  /// One byte of this many of the budget may wait for the rest of a run (Transfers::queue_write):
+  /// half a run of each level of a usual build in 64 MiB.
+  static constexpr std::uint64_t kPartThatWaits = 8;
 
   /// Adds the time from its construction to its destruction to the statistics of waits for one
   /// direction, and to those of a session unless that is nullptr.
@@ -111,8 +119,18 @@ class Pager::Implementation final : public TransferListener {
   void drop_context(Frame& frame) noexcept;
 
   // pager_transfers.cpp
-  bool begin_prefetch(Lock& lock, SessionState& session, const LevelFile& level,
-                      std::uint64_t block, EdgeId order);
+  /// Begins to read the first of these blocks ahead, and with it those behind it that are absent
+  /// and have room. They are of one run.
+  bool begin_prefetch(Lock& lock, SessionState& session, const LevelFile& level, BlockRange blocks,
+                      EdgeId order);
+  /// Whether the part of the session's share that prefetch() uses has room for a block.
+  bool has_share_for(const SessionState& session, const LevelFile& level) const noexcept;
+  /// Takes a frame for an absent block, and evicts clean blocks for that. Returns nullptr if there
+  /// is none, or if the block has one meanwhile. Errors: those of take_frame().
+  Frame* take_frame_ahead(Lock& lock, SessionState& session, const LevelFile& level,
+                          std::uint64_t block);
+  void add_read_ahead(TransferRun& run, SessionState& session, Frame& frame) noexcept;
+  std::size_t write_run(Lock& lock, std::span<Frame* const> frames) noexcept;
   void write_in_memory(Frame& frame) noexcept;
   void write_here(Lock& lock, SessionState* session, Frame& frame);
   void abandon(Lock& lock, Frame& frame, LevelFile& level) noexcept;

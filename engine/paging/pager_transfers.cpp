@@ -82,18 +82,21 @@ void Pager::Implementation::wait_while(Lock& lock, SessionState& session, Frame&
 }
 
 bool Pager::Implementation::prefetch(SessionState& session, const LevelFile& level,
-                                     std::uint64_t block) noexcept {
+                                     std::uint64_t block, std::uint64_t count) noexcept {
   if (!is_usable()) return false;
+  const BlockRange run = run_of(level, block);
+  const std::uint64_t rest = run.first + run.count - block;
   Lock lock(mutex_);
   try {
-    return begin_prefetch(lock, session, level, block, level.geometry.edge_after(block));
+    return begin_prefetch(lock, session, level, {block, std::min(count, rest)},
+                          level.geometry.edge_after(block));
   } catch (const std::exception&) {
     return false;  // the pin of the block will get the error
   }
 }
 
 bool Pager::Implementation::read_ahead(SessionState& session, const LevelFile& level,
-                                       std::uint64_t block) noexcept {
+                                       std::uint64_t block, std::uint64_t count) noexcept {
   if (!is_usable()) return false;
   if (Frame* const frame = FrameTable::look_up(level, block);
       frame && frame->pins.is_open() &&
@@ -101,7 +104,7 @@ bool Pager::Implementation::read_ahead(SessionState& session, const LevelFile& l
     frame->pins.keep_used();
     return true;
   }
-  return prefetch(session, level, block);
+  return prefetch(session, level, block, count);
 }
 
 void Pager::Implementation::end_prefetch(SessionState& session) noexcept {
@@ -118,8 +121,9 @@ void Pager::Implementation::end_prefetch(SessionState& session) noexcept {
 }
 
 bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
-                                           const LevelFile& level, std::uint64_t block,
+                                           const LevelFile& level, BlockRange blocks,
                                            EdgeId order) {
+  const std::uint64_t block = blocks.first;
   if (Frame* const frame = table_.find(level, block)) {
     const Frame::Content& content = frame->content;
     if (content.announced || content.state == State::kStuck) return true;
@@ -135,11 +139,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
   // read itself (docs/benchmarks.md).
   if (!was_written(level, block) || level.traits.in_memory || !transfers_.has_threads())
     return true;
-  const std::uint64_t bytes = FrameTable::frame_bytes(level);
-  if (transfers_.reads() >= kInFlight ||
-      session.announced_bytes + bytes + session.options.window_bytes >
-          sessions_.share_bytes(session))
-    return false;
+  if (!transfers_.may_begin(Direction::kRead) || !has_share_for(session, level)) return false;
 
   // The context of the block must be in memory first. A prefetch must not begin a read that would
   // have to wait for another one.
@@ -151,7 +151,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     if (!other || !comes_before(*other, level)) return true;  // the pin will get the error
     context[i] = table_.find(*other, needed[i].block);
     if (!context[i])
-      static_cast<void>(begin_prefetch(lock, session, *other, needed[i].block, order));
+      static_cast<void>(begin_prefetch(lock, session, *other, {needed[i].block, 1}, order));
     if (!context[i] || !is_filled(context[i]->content.state)) return false;
   }
   for (std::size_t i = 0; i < context_count; ++i) {
@@ -160,11 +160,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
   }
   Frame* frame = nullptr;
   try {
-    while (!table_.find(level, block) && !(frame = take_frame(session, level, block))) {
-      Frame* const clean = clean_victim(session, bytes);
-      if (!clean) break;
-      evict(lock, *clean);
-    }
+    frame = take_frame_ahead(lock, session, level, block);
   } catch (...) {
     for (std::size_t i = 0; i < context_count; ++i) remove_pin(*context[i]);
     throw;
@@ -177,12 +173,45 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
   frame->content.order = order;
   frame->content.context = context;
   frame->content.context_count = context_count;
-  sessions_.announce(*frame);
+  TransferRun run;
+  add_read_ahead(run, session, *frame);
+  try {
+    for (std::uint64_t at = 1; at < blocks.count && has_share_for(session, level); ++at) {
+      if (!was_written(level, block + at) || table_.find(level, block + at)) break;
+      Frame* const next = take_frame_ahead(lock, session, level, block + at);
+      if (!next) break;
+      add_read_ahead(run, session, *next);
+    }
+  } catch (const std::exception&) {  // the pin of that block will get the error
+  }
+  transfers_.submit(run);
+  return true;
+}
+
+bool Pager::Implementation::has_share_for(const SessionState& session,
+                                          const LevelFile& level) const noexcept {
+  return session.announced_bytes + FrameTable::frame_bytes(level) + session.options.window_bytes <=
+         sessions_.share_bytes(session);
+}
+
+Frame* Pager::Implementation::take_frame_ahead(Lock& lock, SessionState& session,
+                                               const LevelFile& level, std::uint64_t block) {
+  while (!table_.find(level, block)) {
+    if (Frame* const frame = take_frame(session, level, block)) return frame;
+    Frame* const clean = clean_victim(session, FrameTable::frame_bytes(level));
+    if (!clean) break;
+    evict(lock, *clean);
+  }
+  return nullptr;
+}
+
+void Pager::Implementation::add_read_ahead(TransferRun& run, SessionState& session,
+                                           Frame& frame) noexcept {
+  sessions_.announce(frame);
   ++statistics_.blocks_prefetched;
   ++session.statistics.blocks_prefetched;
-  transfers_.begin_read(*frame);
-  transfers_.submit(*frame);
-  return true;
+  transfers_.begin_read(frame);
+  run.add(frame.transfer);
 }
 
 /// Writes a dirty block of a level in memory: the backend only marks the block as written.
@@ -225,6 +254,29 @@ void Pager::Implementation::fail(std::exception_ptr error) noexcept {
   }
 }
 
+/// Writes the first of these frames, and those behind it that are of the same run. REQUIRES: the
+/// first one is dirty. Returns how many these are; a block that is pinned for writing is dirty
+/// again.
+std::size_t Pager::Implementation::write_run(Lock& lock, std::span<Frame* const> frames) noexcept {
+  TransferRun run;
+  for (Frame* const frame : frames) {
+    if (!run.empty() && (frame->content.state != State::kDirty ||
+                         !follows(*run.transfers().back(), frame->transfer)))
+      break;
+    Sessions::unplace(*frame);
+    transfers_.begin_write(*frame);
+    run.add(frame->transfer);
+  }
+  const std::size_t count = run.transfers().size();
+  if (transfers_.has_threads()) {
+    transfers_.submit(run);
+  } else {
+    const Wait waiting(*this, nullptr, Direction::kWrite);
+    transfers_.start(lock, run);
+  }
+  return count;
+}
+
 void Pager::Implementation::flush() {
   check_usable();
   Lock lock(mutex_);
@@ -235,19 +287,16 @@ void Pager::Implementation::flush() {
   std::ranges::sort(dirty, {}, [](const Frame* frame) {
     return std::pair(frame->content.level->pager_slot, frame->content.block);
   });
-  for (Frame* const frame : dirty) {
-    while (!transfers_.failed() && transfers_.writes() >= kInFlight)
+  for (std::size_t at = 0; at < dirty.size();) {
+    while (!transfers_.failed() && !transfers_.may_begin(Direction::kWrite))
       wait_for_any(lock, nullptr, Direction::kWrite);
     if (transfers_.failed()) break;
-    if (frame->content.state != State::kDirty) continue;
-    if (frame->content.level->traits.in_memory) {
-      write_in_memory(*frame);
-    } else if (transfers_.has_threads()) {
-      Sessions::unplace(*frame);
-      transfers_.begin_write(*frame);
-      transfers_.submit(*frame);
+    if (dirty[at]->content.state != State::kDirty) {
+      ++at;
+    } else if (dirty[at]->content.level->traits.in_memory) {
+      write_in_memory(*dirty[at++]);
     } else {
-      write_here(lock, nullptr, *frame);
+      at += write_run(lock, std::span(dirty).subspan(at));
     }
   }
   while (transfers_.writes() > 0) wait_for_any(lock, nullptr, Direction::kWrite);
@@ -256,6 +305,8 @@ void Pager::Implementation::flush() {
 
 void Pager::Implementation::wait_for_writes() noexcept {
   Lock lock(mutex_);
+  while (transfers_.write_waiting()) continue;
+  transfers_.write_behind();
   while (transfers_.writes() > 0) wait_for_any(lock, nullptr, Direction::kWrite);
 }
 
@@ -264,7 +315,7 @@ void Pager::Implementation::stop_transfers(Lock& lock, const LevelFile* level) n
     return is_on_its_way(frame.content.state) && (!level || frame.content.level == level);
   };
   for (Frame& frame : table_.frames()) {
-    if (!level || frame.content.level == level) frame.to_write.unlink();
+    if (!level || frame.content.level == level) transfers_.cancel_write(frame);
     const bool wanted = frame.content.state == State::kReading && frame.pins.any();
     if (concerned(frame) && !wanted && transfers_.withdraw(frame) &&
         frame.content.state == State::kClaimed)

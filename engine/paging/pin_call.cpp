@@ -151,6 +151,8 @@ bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
     pager_.write_here(lock_, &session_, *dirty);
     return true;
   }
+  if (pager_.transfers_.writes() == 0 && pager_.transfers_.write_waiting())
+    pager_.transfers_.write_behind();
   if (pager_.transfers_.writes() > 0) {
     pager_.wait_for_any(lock_, &session_, Direction::kWrite);
     return true;

@@ -58,7 +58,8 @@ class Pager::Implementation::PinCall {
   /// Begins all reads, then waits for them. Returns false if the read of another call failed; then
   /// the call must start again. Errors: those of reads that this call began.
   bool read_blocks();
-  void read() noexcept;
+  /// Errors: std::bad_alloc, before it has begun any.
+  void read();
   void read_with_context() noexcept;
   /// A block that `entry` is decoded with and that is not in memory; null if all of them are.
   Frame* absent_context(const PinBatch::WantedBlock& entry) noexcept;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/container/small_vector.hpp>
 #include <cstring>
 #include <exception>
 #include <utility>
@@ -59,33 +60,44 @@ bool Pager::Implementation::PinCall::read_blocks() {
   return !others_failed;
 }
 
-void Pager::Implementation::PinCall::read() noexcept {
-  Frame* here = nullptr;
-  for (PinBatch::WantedBlock& entry : batch_) {
+void Pager::Implementation::PinCall::read() {
+  boost::container::small_vector<Frame*, 32> missing;
+  for (const PinBatch::WantedBlock& entry : batch_) {
     if (!is_missing(entry) || !was_written(*entry.level, entry.block)) continue;
     if (entry.level->traits.in_memory) {
       become(*entry.frame, State::kClean);
       pager_.count_transfer(*entry.frame, Direction::kRead);
     } else if (entry.context_count == 0) {
-      pager_.transfers_.begin_read(*entry.frame);
-      // This thread reads the last block itself, because it would otherwise only wait.
-      if (Frame* const before = std::exchange(here, entry.frame)) {
-        if (pager_.transfers_.has_threads())
-          pager_.transfers_.submit(*before);
-        else
-          pager_.transfers_.start(lock_, *before);
-      }
+      missing.push_back(entry.frame);
     }
   }
-  if (here) {
+  std::ranges::sort(missing, {}, [](const Frame* frame) {
+    return std::pair(frame->content.level->pager_slot, frame->content.block);
+  });
+  TransferRun here;
+  for (Frame* const frame : missing) {
+    pager_.transfers_.begin_read(*frame);
+    if (!here.empty() && !follows(*here.transfers().back(), frame->transfer)) {
+      // This thread reads the last run itself, because it would otherwise only wait.
+      if (pager_.transfers_.has_threads())
+        pager_.transfers_.submit(here);
+      else
+        pager_.transfers_.start(lock_, here);
+      here = TransferRun();
+    }
+    here.add(frame->transfer);
+  }
+  if (!here.empty()) {
     const Wait waiting(pager_, &session_, Direction::kRead);
-    pager_.transfers_.start(lock_, *here);
+    pager_.transfers_.start(lock_, here);
     // A backend with threads of its own has only begun it. So this thread begins the others as
     // well, and does not wait for the I/O thread to wake up.
-    for (PinBatch::WantedBlock& entry : batch_)
-      if (entry.brings_in && entry.frame->content.state == State::kReading)
-        pager_.transfers_.help(lock_, *entry.frame);
-    pager_.changed_of(*here).wait(lock_, [&] { return !is_not_filled(here->content.state); });
+    for (Frame* const frame : missing)
+      if (frame->content.state == State::kReading) pager_.transfers_.help(lock_, *frame);
+    for (const QueuedTransfer* const transfer : here.transfers()) {
+      const Frame& frame = pager_.table_[transfer->tag];
+      pager_.changed_of(frame).wait(lock_, [&] { return !is_not_filled(frame.content.state); });
+    }
   }
   fill_with_zeros();
   read_with_context();

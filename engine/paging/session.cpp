@@ -108,11 +108,13 @@ void Session::pin_many(std::span<const BlockRequest> requests, std::span<PinnedB
 }
 
 bool Session::prefetch(const LevelFile& level, std::uint64_t block) noexcept {
-  return state_->pager->prefetch(*state_, level, block);
+  const bool in_order = state_->options.policy == EvictionPolicy::kLayoutOrder;
+  return state_->pager->prefetch(*state_, level, block, in_order ? kMostRunBlocks : 1);
 }
 
-bool Session::read_ahead(const LevelFile& level, std::uint64_t block) noexcept {
-  return state_->pager->read_ahead(*state_, level, block);
+bool Session::read_ahead(const LevelFile& level, std::uint64_t block,
+                         std::uint64_t count) noexcept {
+  return state_->pager->read_ahead(*state_, level, block, count);
 }
 
 void Session::end_prefetch() noexcept { state_->pager->end_prefetch(*state_); }

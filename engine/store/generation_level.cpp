@@ -101,17 +101,42 @@ class GenerationLevel::Renewal final : public TransferListener {
   TransferListener& listener_;
 };
 
-void GenerationLevel::start(Transfer& transfer) noexcept {
-  if (transfer.direction == Transfer::Direction::kRead)
-    return home_of(transfer.block).start(transfer);
-  TransferListener* const listener = transfer.listener;
-  try {
-    OpenFile& target = target_of({transfer.block, 1});
-    if (&target == &new_) transfer.listener = std::make_unique<Renewal>(*this, *listener).release();
-    target.backend->start(transfer);
-  } catch (...) {
-    listener->finished(transfer, caught_exception());
+void GenerationLevel::start_in(Backend& backend, std::span<Transfer* const> run) noexcept {
+  if (run.empty()) return;
+  run.size() == 1 ? backend.start(*run.front()) : backend.start_run(run);
+}
+
+void GenerationLevel::start_run(std::span<Transfer* const> run) noexcept {
+  // Those at the beginning of the run that go to one file begin before the next is looked at.
+  Backend* file = nullptr;
+  std::size_t first = 0;
+  for (std::size_t at = 0; at < run.size(); ++at) {
+    Transfer& transfer = *run[at];
+    Backend* next = nullptr;
+    try {
+      next = file_of(transfer);
+    } catch (...) {
+      if (file) start_in(*file, run.subspan(first, at - first));
+      first = at + 1;
+      file = nullptr;
+      transfer.listener->finished(transfer, caught_exception());
+      continue;
+    }
+    if (file && next != file) {
+      start_in(*file, run.subspan(first, at - first));
+      first = at;
+    }
+    file = next;
   }
+  if (file) start_in(*file, run.subspan(first));
+}
+
+Backend* GenerationLevel::file_of(Transfer& transfer) {
+  if (transfer.direction == Transfer::Direction::kRead) return &home_of(transfer.block);
+  OpenFile& target = target_of({transfer.block, 1});
+  if (&target == &new_)
+    transfer.listener = std::make_unique<Renewal>(*this, *transfer.listener).release();
+  return target.backend.get();
 }
 
 void GenerationLevel::note_written(std::uint64_t block, Home home) {

@@ -1,6 +1,7 @@
 // One level in several files (store/generation_volume.h).
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -29,7 +30,8 @@ class GenerationLevel final : public Backend {
 
   void read(BlockRange blocks, std::span<std::byte> into) override;
   void write(BlockRange blocks, std::span<const std::byte> from) override;
-  void start(Transfer& transfer) noexcept override;
+  void start(Transfer& transfer) noexcept override { start_run(std::array{&transfer}); }
+  void start_run(std::span<Transfer* const> run) noexcept override;
   std::byte* address(std::uint64_t block) override { return home_of(block).address(block); }
   std::size_t context(std::uint64_t block,
                       std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
@@ -58,6 +60,11 @@ class GenerationLevel final : public Backend {
   BlockRange run_at(std::uint64_t first, std::uint64_t end) const;
   OpenFile open_file(const Generation& generation, OpenMode mode) const;
 
+  /// Begins transfers of blocks that are in one file, or that are written to it.
+  static void start_in(Backend& backend, std::span<Transfer* const> run) noexcept;
+  /// The file that a transfer reads from or writes to. A block that is written to the new file is
+  /// noted when the transfer has ended. Errors: those of target_of().
+  Backend* file_of(Transfer& transfer);
   /// Where these blocks are to be written; makes the new file if that has to be.
   OpenFile& target_of(BlockRange blocks);
   void note_written(std::uint64_t block, Home home);

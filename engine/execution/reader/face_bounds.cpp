@@ -49,10 +49,11 @@ class BoundsOfFaces {
   void add_level(const LevelFile& level, Read read) {
     const LevelGeometry& geometry = level.geometry;
     const std::int64_t n = slot_side(geometry.level().refinements);
+    std::uint64_t ahead = 0;
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
       const PinnedBlock pinned = session_.pin(level, block);
-      for (std::uint64_t next = block + 1; next < geometry.block_count(); ++next)
-        if (!session_.prefetch(level, next)) break;
+      ahead = std::max(ahead, block + 1);
+      while (ahead < geometry.block_count() && session_.prefetch(level, ahead)) ++ahead;
       const std::uint64_t offset = geometry.block_offset(block);
       for (EdgeId edge = geometry.first_edge(block); edge < geometry.edge_after(block); ++edge) {
         const Slot slot = geometry.slot(edge);

@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kMostAhead = 64;
 
 /// As many blocks of a range of vertices are read ahead. docs/backends.md has the measurement.
-constexpr std::uint64_t kBlocksAhead = 3;
+constexpr std::uint64_t kRunsAhead = 3;
 
 /// Lets state.mesh be read for the face. False if base.index is damaged there: reading the patch
 /// says so.
@@ -386,8 +386,9 @@ std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, 
   // A backend that reads past the page cache would wait for each block on its own otherwise. The
   // first pin waits while the next blocks are read, so they begin before it.
   const std::uint64_t last = geometry.block_at(offset + count * record_bytes - 1);
-  for (std::uint64_t next = block + 1; next <= std::min(last, block + kBlocksAhead); ++next)
-    if (!state_->session.read_ahead(file, next)) break;
+  const std::uint64_t end = std::min(last, block + (kRunsAhead << file.run_log2)) + 1;
+  for (std::uint64_t next = block + 1; next < end; ++next)
+    if (!state_->session.read_ahead(file, next, end - next)) break;
   pinned = state_->session.pin(file, block);
   const std::uint64_t begin = offset - geometry.block_offset(block);
   return std::span<const std::byte>(pinned.bytes())

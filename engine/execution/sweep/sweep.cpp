@@ -86,9 +86,18 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
     under_way.emplace(std::as_const(store));
   SweepWindow window(store, pass);
   const EdgeRange edges = StoreAccess::edges(store);
-  const EdgeId chunk = window.chunk_edges(threads);
+  // The window moves by whole runs of blocks, so that a run is one transfer and the workers seldom
+  // wait for each other, unless that takes more than a quarter of the budget. A window over twice
+  // the edges has at most twice the blocks.
+  const EdgeId run_edges = window.run_edges(threads);
+  EdgeId chunk = window.chunk_edges(threads);
   SessionOptions session;
   session.window_bytes = needed_bytes;
+  while (2 * chunk <= run_edges &&
+         2 * session.window_bytes <= StoreAccess::pager(store).budget_bytes() / 4) {
+    chunk *= 2;
+    session.window_bytes *= 2;
+  }
   window.open(session);
   if (options.begins) options.begins();
   UnfinishedLevels written;
@@ -99,13 +108,13 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
   SweepWorkers workers(store.options().parallel_for, pass, threads);
   const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edges.after - first); };
   window.plan(edges.first, chunk_end(edges.first));
-  window.look_ahead(edges.first, chunk);
+  window.look_ahead(edges.first, run_edges);
   for (EdgeId first = edges.first; first < edges.after;) {
     const EdgeId after = chunk_end(first);
     window.advance();
     if (after < edges.after) {
       window.plan(after, chunk_end(after));
-      window.look_ahead(after, chunk);
+      window.look_ahead(after, run_edges);
     }
     workers.run(window.view(), first, after);
     if (pass.stretch_done) pass.stretch_done();

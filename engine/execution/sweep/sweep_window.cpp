@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "plait/detail/level_file.h"
 #include "plait/extend/pager.h"
 #include "plait/extend/store_access.h"
 
@@ -29,6 +30,14 @@ EdgeId SweepWindow::chunk_edges(int threads) const {
   return plait::chunk_edges(fewest_slots_log2, threads);
 }
 
+EdgeId SweepWindow::run_edges(int threads) const {
+  int fewest_slots_log2 = kMostChunkEdgesLog2;
+  for (const PinnedLevel& level : levels_)
+    fewest_slots_log2 = std::min(fewest_slots_log2, level.geometry().slots_per_block_log2() +
+                                                        most_run_log2(level.geometry()));
+  return std::max(plait::chunk_edges(fewest_slots_log2, threads), chunk_edges(threads));
+}
+
 void SweepWindow::plan(EdgeId first, EdgeId after) {
   const Topology mesh = store_.base().topology();
   for (PinnedLevel& level : levels_) level.begin_step();
@@ -45,11 +54,11 @@ void SweepWindow::plan(EdgeId first, EdgeId after) {
   }
 }
 
-void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
+void SweepWindow::look_ahead(EdgeId first, EdgeId run_edges) {
   if (levels_.empty()) return;
   constexpr EdgeId kRuns = 2 * Pager::kInFlight;
   const EdgeId last = StoreAccess::edges(store_).after;
-  const EdgeId end = last - first > kRuns * chunk ? first + kRuns * chunk : last;
+  const EdgeId end = last - first > kRuns * run_edges ? first + kRuns * run_edges : last;
   // Near edges first. A level whose block has to wait for another one does not stop the others.
   ahead_.resize(levels_.size());
   for (EdgeId& ahead : ahead_) ahead = std::max(ahead, first);

@@ -55,6 +55,8 @@ class SweepWindow {
 
   /// The number of edges between two moves of the window: see chunk_edges() above.
   EdgeId chunk_edges(int threads) const;
+  /// The same for moves by whole runs of blocks: at least chunk_edges(), by a power of two.
+  EdgeId run_edges(int threads) const;
 
   /// Must be called before the first look_ahead() or advance().
   void open(const SessionOptions& options) {
@@ -64,8 +66,8 @@ class SweepWindow {
   /// Finds the blocks that the edges [first, after) need. The next advance() pins them.
   void plan(EdgeId first, EdgeId after);
   /// Prefetches blocks for the edges from `first` on, until the session has no free frame, but at
-  /// most for a few runs of `chunk` edges.
-  void look_ahead(EdgeId first, EdgeId chunk);
+  /// most for a few runs of `run_edges` edges.
+  void look_ahead(EdgeId first, EdgeId run_edges);
   /// Releases all blocks that are not planned, then pins the planned ones.
   void advance();
 

@@ -56,7 +56,15 @@ struct LevelFile : WrittenRecords {
   // For use by the pager only:
   std::uint32_t pager_slot = kNoId;
   const std::atomic<Frame*>* frames = nullptr;  ///< [block] its frame or nullptr
+  int run_log2 = 0;                             ///< blocks move in runs of 2^run_log2: see run_of()
 };
+
+/// The most that LevelFile::run_log2 is with this geometry.
+int most_run_log2(const LevelGeometry& geometry) noexcept;
+
+/// The run of blocks that `block` moves with, if all of them are to be moved: at most kRunBytes,
+/// cut at the same places by everybody, so that runs that are filled in any order come out whole.
+BlockRange run_of(const LevelFile& level, std::uint64_t block) noexcept;
 
 /// Whether blocks of the level may need blocks of other levels (Backend::context).
 bool needs_other_blocks(const LevelFile& level) noexcept;

@@ -54,7 +54,15 @@ struct BackendTraits {
   bool overwrites_in_place = false;
   /// The stored size of a block differs from its raw size.
   bool compressed = false;
+  /// start_run() moves adjacent blocks in one call of the operating system, so the pager hands runs
+  /// over. For a backend without this flag the pager begins each transfer as soon as it can.
+  bool moves_runs = false;
 };
+
+/// The most bytes of adjacent blocks that the pager hands over at once, and the most blocks. Larger
+/// calls do not make a disk faster.
+inline constexpr std::uint64_t kRunBytes = std::uint64_t{1} << 20;
+inline constexpr std::size_t kMostRunBlocks = 256;
 
 struct Transfer;
 
@@ -116,6 +124,11 @@ class Backend {
   /// Begins to read or write one block. The default calls read() or write(), and then the listener.
   /// A backend that keeps several blocks in flight returns before the transfer has ended.
   virtual void start(Transfer& transfer) noexcept;
+
+  /// The same for at most kMostRunBlocks transfers of one direction, without context, each of the
+  /// block after the one before. Each transfer ends by itself: the error of one block is not that
+  /// of the others. The default starts one after another. The array is only valid during the call.
+  virtual void start_run(std::span<Transfer* const> run) noexcept;
 
   /// The address of the block's bytes, valid while the backend exists. Returns nullptr, unless the
   /// level is in memory, or is mapped and was opened for reading. Callers may change the bytes only

@@ -53,6 +53,13 @@ class File {
   void read_at(std::uint64_t offset, std::span<std::byte> into) const;
   /// Errors: kIo, kNoSpace.
   void write_at(std::uint64_t offset, std::span<const std::byte> from);
+  /// One call that moves bytes between the file, from `offset` on, and pieces of memory, one after
+  /// another; of more than kMostPieces pieces, the first ones. Returns how many bytes it moved: at
+  /// least one, and maybe fewer than the pieces have. REQUIRES: no piece is empty. Errors: as
+  /// read_at() and write_at().
+  static constexpr std::size_t kMostPieces = 256;
+  std::uint64_t read_some(std::uint64_t offset, std::span<const std::span<std::byte>> pieces) const;
+  std::uint64_t write_some(std::uint64_t offset, std::span<const std::span<std::byte>> pieces);
   std::uint64_t size() const;
   void resize(std::uint64_t bytes);
   /// Allocates the first `bytes` bytes on the disk (posix_fallocate), so that a full disk is an

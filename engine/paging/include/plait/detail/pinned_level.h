@@ -34,6 +34,7 @@ class PinnedLevel {
   PinnedLevel& operator=(PinnedLevel&&) = delete;
 
   const LevelGeometry& geometry() const { return file_->geometry; }
+  int run_log2() const { return file_->run_log2; }  ///< LevelFile::run_log2
 
   /// Begins a step, which needs no blocks at first.
   void begin_step() noexcept {

@@ -152,12 +152,16 @@ class Session {
   /// is free, or if it can evict a clean block that is not itself prefetched and still unpinned. A
   /// prefetched block stays resident until it is pinned; the pager evicts it earlier only if no
   /// other frame can be freed. Returns false if the read cannot begin now: the caller may try again
-  /// after the next pin. Without I/O threads, prefetch() reads nothing.
+  /// after the next pin. Without I/O threads, prefetch() reads nothing. In a session of
+  /// EvictionPolicy::kLayoutOrder it also reads the blocks behind this one that can move in the
+  /// same call, because the pass will come to them.
   bool prefetch(const LevelFile& level, std::uint64_t block) noexcept;
 
   /// The same for a block that is absent. A block in memory is only said to be in use, so it may be
-  /// evicted before it is pinned, and threads that ask for the same blocks mostly take no lock.
-  bool read_ahead(const LevelFile& level, std::uint64_t block) noexcept;
+  /// evicted before it is pinned, and threads that ask for the same blocks mostly take no lock. The
+  /// caller will pin `count` blocks from `block` on, so those of them that can move in the same
+  /// call are read too.
+  bool read_ahead(const LevelFile& level, std::uint64_t block, std::uint64_t count = 1) noexcept;
 
   /// Blocks that were prefetched and not pinned since can be evicted as others, and reads that wait
   /// for an I/O thread are not begun.
