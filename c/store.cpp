@@ -76,10 +76,10 @@ plait_store* create(const char* path, const plait_store_options* given, const Ma
                                                 offsetof(plait_store_options, event));
   const StoreOptions options = store_options(wanted);
   if (wanted.position_type != PLAIT_NO_POSITIONS && wanted.position_type != PLAIT_FLOAT32 &&
-      wanted.position_type != PLAIT_FLOAT64)
+      wanted.position_type != PLAIT_FLOAT64 && wanted.position_type != PLAIT_AUTOMATIC_POSITIONS)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("position_type: expected PLAIT_FLOAT32, PLAIT_FLOAT64 or "
-                            "PLAIT_NO_POSITIONS, found {}",
+                fmt::format("position_type: expected PLAIT_FLOAT32, PLAIT_FLOAT64, "
+                            "PLAIT_AUTOMATIC_POSITIONS or PLAIT_NO_POSITIONS, found {}",
                             wanted.position_type));
   if (wanted.base_level < 0 || wanted.base_level > kMaxLevel)
     throw Error(ErrorCode::kInvalidArgument, fmt::format("base_level: expected 0 to {}, found {}",
@@ -87,13 +87,16 @@ plait_store* create(const char* path, const plait_store_options* given, const Ma
   const LayoutKind layout =
       layout_from_name(text_or(wanted.layout, to_string(LayoutKind::kAutomatic)));
   const Scheme scheme = scheme_from_name(text_or(wanted.base_scheme, to_string(Scheme())));
-  const ComponentType precision =
-      wanted.position_type == PLAIT_FLOAT64 ? ComponentType::kFloat64 : ComponentType::kFloat32;
+  std::optional<ComponentType> asked;
+  if (wanted.position_type != PLAIT_AUTOMATIC_POSITIONS)
+    asked =
+        wanted.position_type == PLAIT_FLOAT64 ? ComponentType::kFloat64 : ComponentType::kFloat32;
 
   std::vector<std::string> warnings;
   BaseMesh mesh = make_mesh(&warnings);
+  ComponentType precision = ComponentType::kFloat32;
   if (wanted.position_type != PLAIT_NO_POSITIONS)
-    (void)precision_for(mesh.positions(), mesh.faces(), precision, "create", warnings);
+    precision = precision_for(mesh.positions(), mesh.faces(), asked, "create", warnings);
   if (wanted.warn != nullptr)
     for (const std::string& warning : warnings) wanted.warn(warning.c_str(), wanted.user);
   if (wanted.base_level > 0) mesh = rebase(mesh, wanted.base_level, scheme, precision);

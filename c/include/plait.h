@@ -122,7 +122,10 @@ enum {
   PLAIT_DURABILITY_COMMIT = 0, /* a commit returns when the version is on the disk */
   PLAIT_DURABILITY_NONE = 1    /* for temporary stores: never waits for the disk */
 };
-#define PLAIT_NO_POSITIONS 0         /* position_type: the program adds "position" itself */
+#define PLAIT_NO_POSITIONS 0 /* position_type: the program adds "position" itself */
+/* position_type: PLAIT_FLOAT32, or PLAIT_FLOAT64 if float32 would move a vertex by more than a
+ * thousandth of the shortest edge there; `warn` is told. */
+#define PLAIT_AUTOMATIC_POSITIONS (-1)
 #define PLAIT_AUTOMATIC_THREADS (-1) /* io_threads: the library chooses */
 #define PLAIT_DEFAULT_BLOCK_BYTES (UINT64_C(1) << 20)
 #define PLAIT_DEFAULT_BUDGET_BYTES (UINT64_C(256) << 20)
@@ -174,7 +177,7 @@ typedef struct plait_store_options {
   void* user;         /* for `warn` */
   int32_t base_level; /* so often the mesh is refined in memory, to make slots smaller */
   int32_t io_threads; /* 0 to 64, or PLAIT_AUTOMATIC_THREADS */
-  plait_component_type position_type; /* PLAIT_FLOAT32, PLAIT_FLOAT64 or PLAIT_NO_POSITIONS */
+  plait_component_type position_type; /* PLAIT_FLOAT32, PLAIT_FLOAT64 or PLAIT_..._POSITIONS */
   int32_t durability;                 /* PLAIT_DURABILITY_... */
   plait_event_callback event;         /* NULL: the store tells nothing */
   void* event_user;                   /* for `event` */

@@ -13,7 +13,7 @@ from .errors import InvalidArgument
 from .store import Store
 
 
-def create(vertices, faces, path=None, backend=None, dtype=np.float32, layout="given", pipeline=None,
+def create(vertices, faces, path=None, backend=None, dtype=None, layout="given", pipeline=None,
            block_bytes=types.DEFAULT_BLOCK_BYTES, memory=types.DEFAULT_BUDGET_BYTES, base_level=0,
            warn=None):
     """Makes a store from arrays, and opens it for writing.
@@ -22,7 +22,8 @@ def create(vertices, faces, path=None, backend=None, dtype=np.float32, layout="g
     counterclockwise. The mesh must be an oriented 2-manifold, with or without border. The store
     drops vertices that no triangle uses, and warns of that.
     path: a directory that does not exist; None: only in memory. With a path, the store is committed.
-    dtype: float32 or float64, of the attribute "position".
+    dtype: float32 or float64, of the attribute "position"; None: float32, or float64 with a warning if
+    float32 would move a vertex by more than a thousandth of the shortest edge there.
     layout: "given": face f of yours is patch f; "auto", which None also means, or another layout puts faces that are near each
     other beside each other, so that boxes of a large store are fast to read: store.input then tells
     where each face is. base_level: so often the mesh is refined in memory, which makes four patches of
@@ -42,8 +43,8 @@ def create(vertices, faces, path=None, backend=None, dtype=np.float32, layout="g
         raise InvalidArgument(f"faces: expected vertices 0 to {len(vertices) - 1}, found "
                               f"{given.min()} to {given.max()}")
     faces = np.ascontiguousarray(given, np.uint32)
-    position = {"<f4": types.FLOAT32, "<f8": types.FLOAT64}.get(
-        np.dtype(dtype).newbyteorder("<").str)
+    position = types.AUTOMATIC_POSITIONS if dtype is None else {
+        "<f4": types.FLOAT32, "<f8": types.FLOAT64}.get(np.dtype(dtype).newbyteorder("<").str)
     if position is None:
         raise InvalidArgument(f"dtype: expected float32 or float64, found {np.dtype(dtype)}")
     if path is None and backend is None:

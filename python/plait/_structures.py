@@ -14,6 +14,7 @@ DEFAULT_BUDGET_BYTES = 256 << 20
 
 ACCESS_UPDATE, ACCESS_OVERWRITE, ACCESS_READ = 0, 1, 2
 FLOAT32, FLOAT64 = 1, 2
+AUTOMATIC_POSITIONS = -1
 # The type of the components of a record, as numpy names it.
 TYPES = {1: "<f4", 2: "<f8", 3: "|i1", 4: "<i2", 5: "<i4", 6: "<i8", 7: "|u1", 8: "<u2", 9: "<u4",
          10: "<u8"}

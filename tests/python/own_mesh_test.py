@@ -211,3 +211,21 @@ def test_patches_are_read_ahead(tmp_path):
         store.end_prefetch()
         with pytest.raises(plait.InvalidArgument):
             store.prefetch([20])
+
+
+def test_positions_that_float32_does_not_keep_are_float64_by_default(tmp_path):
+    vertices, faces = icosahedron()
+    near = np.asarray(vertices, np.float64)
+    far = near + [431234.5, 5412345.25, 0]
+    assert plait.create(near, faces)["position"].dtype == np.float32
+    told = []
+    store = plait.create(far, faces, warn=told.append)
+    assert store["position"].dtype == np.float64
+    assert np.array_equal(store["position"][0], far)
+    assert len(told) == 1 and "positions are float64" in told[0]
+    told.clear()
+    assert plait.create(far, faces, dtype=np.float32, warn=told.append)["position"].dtype == np.float32
+    assert len(told) == 1 and "auto" in told[0]
+    assert plait.create(near * 1e300, faces, warn=told.append)["position"].dtype == np.float64
+    with pytest.raises(plait.InvalidArgument, match="no number for"):
+        plait.create(near * 1e300, faces, dtype=np.float32)

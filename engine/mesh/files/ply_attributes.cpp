@@ -118,8 +118,10 @@ std::vector<PlyAttribute> attributes_of(const PlyElement& vertices,
     if (!property.is_list) add(groups.take_numbered(property.name));
   for (std::size_t at = 0; at < vertices.properties.size(); ++at) {
     const PlyProperty& property = vertices.properties[at];
-    if (property.is_list) left_out.push_back(property.name);
-    if (!groups.taken(at)) add(groups.take(property.name, {property.name}));
+    // The second property of a name is not found by it.
+    if (property.is_list ||
+        (!groups.taken(at) && !add(groups.take(property.name, {property.name}))))
+      left_out.push_back(property.name);
   }
   return attributes;
 }

@@ -74,6 +74,13 @@ TEST_CASE("ReadPly_WhatIsNoAttribute_IsNamed") {
       left_out("c.ply", "ply\nformat ascii 1.0\n" + kPlyVertices + "property list uchar int of\n" +
                             kPlyFaces + "end_header\n0 0 0 0\n1 0 0 0\n0 1 0 0\n3 0 1 2\n"),
       Contains("of of 3 vertices (scalar properties of vertices are kept)"));
+  const std::string twice =
+      left_out("d.ply", "ply\nformat ascii 1.0\n" + kPlyVertices +
+                            "property float q\nproperty float q\nproperty uchar nx\nproperty "
+                            "uchar nx\n" +
+                            kPlyFaces +
+                            "end_header\n0 0 0 1 2 3 4\n1 0 0 1 2 3 4\n0 1 0 1 2 3 4\n3 0 1 2\n");
+  CHECK_THAT(twice, Contains("second ones of a name") && Contains(": q, nx of 3 vertices"));
   const std::string without = left_out("a.ply", head, false);
   CHECK_THAT(without, Contains("properties red, green, blue of 3 vertices; ") &&
                           Contains("only positions and faces are read here"));
