@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <pthread.h>
 
-#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstddef>
@@ -15,7 +14,6 @@
 #include <vector>
 
 #include "base/caught.h"
-#include "base/control_groups.h"
 #include "plait/error.h"
 #include "plait/progress.h"
 
@@ -100,16 +98,6 @@ void call_workers(const ParallelFor& parallel_for, int count, std::string_view n
     throw Error(ErrorCode::kBadState,
                 fmt::format("{}: the program's parallel_for ran {} bodies, expected {}", name,
                             ended.load(), count));
-}
-
-int thread_count(int threads, std::string_view work) {
-  constexpr int kMost = 1024;
-  if (threads < 0 || threads > kMost)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("{}: {} threads, expected 1 to {}, or 0 for all processors", work,
-                            threads, kMost));
-  if (threads > 0) return threads;
-  return usable_processors();
 }
 
 PLAIT_END_NAMESPACE

@@ -3,10 +3,10 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::uint64_t kAlignment = 4096;
+constexpr std::uint64_t kArrayAlignment = 4096;
 
 constexpr std::uint64_t aligned(std::uint64_t bytes) {
-  return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+  return (bytes + kArrayAlignment - 1) / kArrayAlignment * kArrayAlignment;
 }
 
 }  // namespace

@@ -16,7 +16,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "base/control_groups.h"
+#include "io/control_groups.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

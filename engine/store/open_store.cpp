@@ -7,9 +7,9 @@
 #include <random>
 #include <system_error>
 
-#include "base/control_groups.h"
 #include "base/damage.h"
 #include "format/file_names.h"
+#include "io/control_groups.h"
 #include "io/locks.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"

@@ -224,7 +224,8 @@ void PlyReader::leave_out() const {
                                      vertices_->count);
   };
   if (reading_.attributes)
-    say_of_vertices("lists, second ones of a name, and names that no attribute can have:", no_attributes_);
+    say_of_vertices("lists, second ones of a name, and names that no attribute can have:",
+                    no_attributes_);
   else
     say_of_vertices("properties", names_of(*vertices_, [&](std::size_t at) {
                       return std::ranges::find(position_.index, at) == position_.index.end();

@@ -1,5 +1,6 @@
-#include "base/control_groups.h"
+#include "io/control_groups.h"
 
+#include <fmt/format.h>
 #include <sched.h>
 
 #include <algorithm>
@@ -11,10 +12,13 @@
 #include <sstream>
 #include <thread>
 
+#include "plait/error.h"
+#include "plait/progress.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr int kMostProcessors = 1024;
+constexpr int kMostProcessors = 1024;  // and threads
 
 /// The processors that the calling thread may run on.
 int processors_of_affinity() {
@@ -83,6 +87,15 @@ int usable_processors(const ControlGroupFiles& files) {
     if (processors > 0) usable = std::min(usable, processors);
   }
   return std::clamp(usable, 1, kMostProcessors);
+}
+
+int thread_count(int threads, std::string_view work) {
+  if (threads < 0 || threads > kMostProcessors)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: {} threads, expected 1 to {}, or 0 for all processors", work,
+                            threads, kMostProcessors));
+  if (threads > 0) return threads;
+  return usable_processors();
 }
 
 PLAIT_END_NAMESPACE

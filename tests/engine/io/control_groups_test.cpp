@@ -1,4 +1,4 @@
-#include "base/control_groups.h"
+#include "io/control_groups.h"
 
 #include <sched.h>
 
