@@ -177,7 +177,8 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
   add_read_ahead(run, session, *frame);
   try {
     for (std::uint64_t at = 1; at < blocks.count && has_share_for(session, level); ++at) {
-      if (!was_written(level, block + at) || table_.find(level, block + at)) break;
+      // The block's table entry may be read only where no frame has it, which could be written.
+      if (table_.find(level, block + at) || !was_written(level, block + at)) break;
       Frame* const next = take_frame_ahead(lock, session, level, block + at);
       if (!next) break;
       add_read_ahead(run, session, *next);

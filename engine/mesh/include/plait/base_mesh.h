@@ -64,6 +64,8 @@ enum class MeshArray : std::uint8_t {
   kInputFaces,
 };
 
+/// The arrays of a base mesh, wherever they lie: in a BaseMesh that has computed them, or in memory
+/// that its MeshPages fill. They live as long as those.
 struct MeshArrays {
   std::span<const Vector3<double>> positions = {};
   Topology mesh = {};
