@@ -203,9 +203,11 @@ class UringBackend::RunInFlight final : public RingRequest {
     for_each_piece(head_bytes_, page_bytes_,
                    [&](std::span<std::byte> piece) { rest_.push_back(piece); });
     in_place_ = std::ranges::all_of(rest_, is_aligned);
-    if (in_place_) return;
-    if (!aligned_) aligned_ = PageBuffers::Lease(backend.buffers_);
-    rest_.assign(1, {aligned_.get(), page_bytes_});
+    if (!in_place_) {
+      if (!aligned_) aligned_ = PageBuffers::Lease(backend.buffers_);
+      rest_.assign(1, {aligned_.get(), page_bytes_});
+    }
+    vectors_.resize(rest_.size());
   }
 
   void begin() {
@@ -244,22 +246,22 @@ class UringBackend::RunInFlight final : public RingRequest {
     std::uint64_t most_bytes =
         std::max(verdict.most_bytes / kPageBytes, std::uint64_t{1}) * kPageBytes;
     past_cache_ = backend_.goes_past_cache_;
-    vectors_.clear();
+    std::size_t count = 0;
     for (const std::span<std::byte> piece : rest_) {
       if (most_bytes == 0) break;
       const std::uint64_t bytes = std::min<std::uint64_t>(piece.size(), most_bytes);
-      if (bytes > 0) vectors_.push_back({piece.data(), bytes});
+      if (bytes > 0) vectors_[count++] = {piece.data(), bytes};
       most_bytes -= bytes;
     }
     const auto kind = is_read() ? UringRing::Operation::kRead : UringRing::Operation::kWrite;
     const int descriptor = backend_.descriptor(past_cache_);
-    if (vectors_.size() == 1)
+    if (count == 1)
       backend_.ring_.submit(
           kind, descriptor, rest_offset(),
           std::span(static_cast<std::byte*>(vectors_[0].iov_base), vectors_[0].iov_len), *this);
     else
       backend_.ring_.submit(kind, descriptor, rest_offset(),
-                            std::span<const iovec>(vectors_.data(), vectors_.size()), *this);
+                            std::span<const iovec>(vectors_.data(), count), *this);
   }
 
   void completed(int result) noexcept override {
@@ -285,7 +287,7 @@ class UringBackend::RunInFlight final : public RingRequest {
 
   /// With an error, the transfers before the one in which the request stopped have succeeded, and
   /// those behind it begin again.
-  void end(std::exception_ptr error) noexcept {
+  void end(const std::exception_ptr& error) noexcept {
     const std::unique_ptr<RunInFlight> ends_here(this);
     if (is_read() && !in_place_)
       copy_pages([](const std::byte* buffer, std::span<std::byte> piece) {
@@ -397,7 +399,7 @@ class UringBackend::RunInFlight final : public RingRequest {
   PageBuffers::Lease aligned_;  ///< an aligned copy of the whole pages, if they are not in place
   /// What is still to be moved of the whole pages, in their copy or where they are.
   boost::container::small_vector<std::span<std::byte>, 1> rest_;
-  Vectors vectors_;  ///< of the request that is under way
+  Vectors vectors_;  ///< as many as rest_; the first ones are of the request that is under way
 };
 
 void UringBackend::start_run(std::span<Transfer* const> run) noexcept {

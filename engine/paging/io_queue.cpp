@@ -53,13 +53,13 @@ bool IoQueue::withdraw(QueuedTransfer& transfer) noexcept {
   return true;
 }
 
-TransferRun IoQueue::take(Queue::iterator at) noexcept {
-  const auto joins = [](Queue::iterator before, Queue::iterator after) {
-    return before->direction == after->direction && follows(*before, *after);
+TransferRun IoQueue::take(const Queue::iterator& at) noexcept {
+  const auto joins = [](const QueuedTransfer& before, const QueuedTransfer& after) {
+    return before.direction == after.direction && follows(before, after);
   };
   auto first = at, after = std::next(at);
-  while (first != queue_.begin() && joins(std::prev(first), first)) --first;
-  while (after != queue_.end() && joins(std::prev(after), after)) ++after;
+  while (first != queue_.begin() && joins(*std::prev(first), *first)) --first;
+  while (after != queue_.end() && joins(*std::prev(after), *after)) ++after;
   TransferRun run;
   while (first != after) {
     run.add(*first);

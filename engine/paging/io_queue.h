@@ -77,7 +77,7 @@ class IoQueue {
       boost::intrusive::member_hook<QueuedTransfer, boost::intrusive::list_member_hook<>,
                                     &QueuedTransfer::in_queue>>;
   /// Takes a transfer off the queue, with its neighbours. REQUIRES: the caller has the lock.
-  TransferRun take(Queue::iterator at) noexcept;
+  TransferRun take(const Queue::iterator& at) noexcept;
   void work() noexcept;
 
   int thread_count_;
