@@ -53,14 +53,22 @@ int try_out(io_uring& ring) {
   io_uring_sqe* const entry = ::io_uring_get_sqe(&ring);
   if (entry == nullptr) return -EBUSY;
   ::io_uring_prep_nop(entry);
-  int result = 0;
-  do result = ::io_uring_submit(&ring);
-  while (result == -EINTR || result == -EAGAIN);
-  if (result < 0) return result;
+  // A kernel that always says "again" is one that refuses.
+  const auto attempt = [](const auto& call) {
+    constexpr int kMostAttempts = 1000;
+    int result = call();
+    for (int i = 1; i < kMostAttempts && (result == -EINTR || result == -EAGAIN); ++i) {
+      std::this_thread::sleep_for(kPause);
+      result = call();
+    }
+    return result;
+  };
+  if (const int result = attempt([&] { return ::io_uring_submit(&ring); }); result < 0)
+    return result;
   io_uring_cqe* completion = nullptr;
-  do result = ::io_uring_wait_cqe(&ring, &completion);
-  while (result == -EINTR || result == -EAGAIN);
-  if (result < 0) return result;
+  if (const int result = attempt([&] { return ::io_uring_wait_cqe(&ring, &completion); });
+      result < 0)
+    return result;
   ::io_uring_cqe_seen(&ring, completion);
   return 0;
 }
