@@ -21,7 +21,11 @@ std::string export_text(const nlohmann::ordered_json& report) {
   };
   std::string lost;
   if (const auto error = report["position_error"].get<double>(); error > 0)
-    lost = fmt::format(", coordinates off by at most {}", error);
+    lost = fmt::format(
+        ", {} {} have coordinates that are off, by at most {} (.ply, .obj and .vtp files keep "
+        "them)",
+        count("moved"),
+        report["file"].get<std::string>().ends_with("stl") ? "triangles" : "vertices", error);
   if (!report["left_out"].empty())
     lost += fmt::format(", without {}",
                         fmt::join(report["left_out"].get<std::vector<std::string>>(), ", "));

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/text.h"
 #include "plait/base_mesh.h"
 #include "plait/detail/namespace.h"
 
@@ -24,7 +25,15 @@ class MeshSource {
   // NOLINTNEXTLINE(google-explicit-constructor)
   MeshSource(const char* name) : name_(name) {}
 
-  std::string_view name() const { return name_; }
+  /// How a message begins. Vertices and faces have the numbers of IndexedMesh, from 0; an OBJ file,
+  /// which counts from 1, is told so.
+  std::string name() const {
+    const std::string text(name_);
+    std::string ending = lower_extension(text);
+    if (ending == ".gz" || ending == ".zst")
+      ending = lower_extension(text.substr(0, text.size() - ending.size()));
+    return ending == ".obj" ? text + ", counted from 0" : text;
+  }
   /// The number that the file gives the face of which `triangle` is a part.
   std::uint64_t face(FaceId triangle) const {
     const auto after = std::ranges::upper_bound(cut_faces_, triangle, {}, &CutFace::first_triangle);

@@ -207,7 +207,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
     const GltfOutcome outcome = write_gltf_level(task, files);
     result.vertices = outcome.vertices;
     result.file_bytes = outcome.file_bytes;
-    result.position_error = outcome.position_error;
+    result.moved = outcome.moved;
     if (outcome.without_normals) result.left_out.emplace_back("normal");
     return result;
   }
@@ -219,7 +219,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   if (format == MeshFormat::kPly) write_ply_level(task, output);
   if (format == MeshFormat::kObj) write_obj_level(task, output);
   if (format == MeshFormat::kOff) write_off_level(task, output);
-  if (format == MeshFormat::kStl) result.position_error = write_stl_level(task, output);
+  if (format == MeshFormat::kStl) result.moved = write_stl_level(task, output);
   if (format == MeshFormat::kVtp) write_vtp_level(task, output);
   output.close();
   result.file_bytes = output.file_bytes();

@@ -42,12 +42,18 @@ struct ExportRequest {
   std::uint64_t budget_bytes = OpenOptions().budget_bytes;
 };
 
+/// What the numbers of a file moved.
+struct Moved {
+  double most = 0;          ///< the most that a coordinate was moved by
+  std::uint64_t count = 0;  ///< vertices of the file, or triangles where it has no vertices
+};
+
 struct ExportResult {
   std::filesystem::path file;  ///< the main file
   int level = 0;
   std::uint64_t vertices = 0, triangles = 0, file_bytes = 0;
   std::uint64_t patches = 0;
-  double position_error = 0;  ///< the most that a coordinate was moved by
+  Moved moved;
   /// The attributes of the level, and of the base faces, that the file does not have.
   std::vector<std::string> left_out = {};
 };

@@ -34,7 +34,8 @@ JobReport run_export(ExportArguments& arguments, const JobCall& call) {
           {"vertices", done.vertices},
           {"faces", done.triangles},
           {"file_bytes", done.file_bytes},
-          {"position_error", done.position_error},
+          {"position_error", done.moved.most},
+          {"moved", done.moved.count},
           {"left_out", done.left_out}};
 }
 

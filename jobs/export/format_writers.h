@@ -42,15 +42,15 @@ struct ExportTask {
 /// What is known of a glTF file when it is written.
 struct GltfOutcome {
   std::uint64_t vertices = 0, file_bytes = 0;
-  double position_error = 0;
+  Moved moved;
   bool without_normals = false;  ///< although they were asked for
 };
 
 void write_ply_level(const ExportTask& task, OutputStream& output);
 void write_obj_level(const ExportTask& task, OutputStream& output);
 void write_off_level(const ExportTask& task, OutputStream& output);
-/// Returns the most that a coordinate was moved by.
-double write_stl_level(const ExportTask& task, OutputStream& output);
+/// Returns what the narrower numbers moved, in triangles.
+Moved write_stl_level(const ExportTask& task, OutputStream& output);
 void write_vtp_level(const ExportTask& task, OutputStream& output);
 /// Writes one .vtp file for each piece beside the main file, and returns the bytes of all files.
 std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files);

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "export/format_writers.h"
@@ -38,8 +41,7 @@ class GltfWriter {
     for (const GltfColumn& column : document_.columns()) write_column(reader, column);
   }
   std::span<const GltfBounds> bounds() const { return bounds_; }
-  /// The most that a coordinate was moved by.
-  double position_error() const { return position_error_; }
+  const Moved& moved() const { return moved_; }
 
  private:
   template <class Index>
@@ -76,9 +78,11 @@ class GltfWriter {
       reader.copy_patches(schema.name, faces, task_.level, records);
       numbers.assign(count * column.stride, std::byte{0});
       for (std::size_t at = 0; at < count; ++at) {
+        double error = 0;
         const GltfVector point = convert_record(
             std::span(records).subspan(at * bytes, bytes), schema.type, column, placement_,
-            std::span(numbers).subspan(at * column.stride, column.stride), position_error_);
+            std::span(numbers).subspan(at * column.stride, column.stride), error);
+        if (error > 0) moved_ = {std::max(moved_.most, error), moved_.count + 1};
         if (column.attribute == task_.position) extend(bounds_[number], point);
       }
       output_.write(numbers);
@@ -93,7 +97,7 @@ class GltfWriter {
   OutputStream& output_;
   std::vector<GltfBounds> bounds_;
   std::uint64_t done_ = 0;
-  double position_error_ = 0;
+  Moved moved_;
 };
 
 void append_word(std::string& bytes, std::uint64_t word) {
@@ -130,6 +134,24 @@ void warn_of(const ExportTask& task, const GltfSurvey& found) {
        "a colour outside 0 to 1, which the file has clamped; .ply and .vtp files keep it");
 }
 
+/// Viewers draw NORMAL, COLOR_0 and TEXCOORD_0, and nothing that an application names itself.
+void warn_of_own_names(const ExportTask& task, std::span<const GltfColumn> columns) {
+  const std::pair<std::string_view, std::string_view> drawn[] = {
+      {"normal", "3 of float32 or float64"},
+      {"color", "3 or 4 of uint8, uint16, float32 or float64"},
+      {"texture", "2 of float32 or float64"}};
+  for (const GltfColumn& column : columns) {
+    const AttributeSchema& schema = task.schema(column.attribute);
+    for (const auto& [name, records] : drawn)
+      if (schema.name == name && column.semantic.starts_with('_'))
+        task.warn(
+            fmt::format("export {}: '{}' has records of {} of {}, so the file has it as {}, "
+                        "which viewers do not draw; expected {}",
+                        task.store.path().native(), name, schema.components, to_string(schema.type),
+                        column.semantic, records));
+  }
+}
+
 /// One file: a header, the text, and the numbers. The text has the bounds of the groups, which are
 /// known when all numbers are written, so its place is kept.
 void write_glb(const GltfDocument& document, const GltfPlacement& placement, const ExportTask& task,
@@ -151,7 +173,7 @@ void write_glb(const GltfDocument& document, const GltfPlacement& placement, con
   head += std::string_view("BIN\0", 4);
   file.write_at(0, std::as_bytes(std::span(head)));
   outcome.file_bytes = output.file_bytes();
-  outcome.position_error = writer.position_error();
+  outcome.moved = writer.moved();
 }
 
 /// A text, and the numbers in a file beside it.
@@ -165,7 +187,7 @@ void write_two_files(const GltfDocument& document, const GltfPlacement& placemen
   text.write(document.text(writer.bounds(), uri_of(files.name_of(".bin"))));
   text.close();
   outcome.file_bytes = output.file_bytes() + text.file_bytes();
-  outcome.position_error = writer.position_error();
+  outcome.moved = writer.moved();
 }
 
 }  // namespace
@@ -179,6 +201,7 @@ GltfOutcome write_gltf_level(const ExportTask& task, OutputFiles& files) {
                         true);  // refuses what is too large before anything is read
   const GltfSurvey found = survey(task, document.columns(), placement);
   warn_of(task, found);
+  warn_of_own_names(task, document.columns());
   GltfOutcome outcome;
   outcome.without_normals = found.normals_without_direction > 0;
   if (outcome.without_normals) document = GltfDocument(task, placement, false);

@@ -4,8 +4,10 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "export/format_writers.h"
@@ -36,11 +38,10 @@ void append_facet(std::vector<std::byte>& facets, const Vector3<float>& a, const
   facets.insert(facets.end(), facet.begin(), facet.end());
 }
 
-/// Returns the most that a coordinate was moved by.
 template <class Real>
-double write_facets(const ExportTask& task, OutputStream& output) {
-  double error = 0;
-  const auto narrow = [&](Real number) {
+Moved write_facets(const ExportTask& task, OutputStream& output) {
+  Moved moved;
+  const auto narrow = [&](Real number, std::uint8_t& is_moved) {
     const auto written = static_cast<float>(number);
     if (std::isinf(written) && !std::isinf(number))
       throw Error(
@@ -48,8 +49,9 @@ double write_facets(const ExportTask& task, OutputStream& output) {
           fmt::format("export {}: a coordinate {}, but STL files have float32 numbers only; "
                       ".ply and .obj files keep it",
                       task.store.path().native(), number));
-    if (std::isfinite(written))
-      error = std::max(error, std::fabs(double{written} - double{number}));
+    const double error = std::isfinite(written) ? std::fabs(double{written} - double{number}) : 0;
+    moved.most = std::max(moved.most, error);
+    if (error > 0) is_moved = 1;
     return written;
   };
   // Half of the budget stays pinned, because neighbouring faces use the same blocks.
@@ -57,16 +59,29 @@ double write_facets(const ExportTask& task, OutputStream& output) {
                                       StoreAccess::pager(task.store).budget_bytes() / 2);
   patches.activate(task.level, 1, 0);
   const std::int64_t size = std::int64_t{1} << task.patches.refinements();
-  std::vector<Vector3<float>> lower(static_cast<std::size_t>(size) + 1), upper = lower;
+  struct Row {
+    std::vector<Vector3<float>> at;
+    std::vector<std::uint8_t> is_moved;
+  };
+  const auto length = static_cast<std::size_t>(size) + 1;
+  Row lower{std::vector<Vector3<float>>(length), std::vector<std::uint8_t>(length)}, upper = lower;
   std::vector<std::byte> facets;
   std::uint64_t done = 0;
   for (const FaceId face : task.patches.faces()) {
     const auto patch = patches.patch(face);
-    const auto fetch = [&](std::vector<Vector3<float>>& row, std::int64_t j) {
+    const auto fetch = [&](Row& row, std::int64_t j) {
       for (std::int64_t i = 0; i <= size - j; ++i) {
         const Vector3<Real>& at = patch.at(task.level, i, j);
-        row[static_cast<std::size_t>(i)] = {narrow(at.x), narrow(at.y), narrow(at.z)};
+        const auto place = static_cast<std::size_t>(i);
+        std::uint8_t is_moved = 0;
+        row.at[place] = {narrow(at.x, is_moved), narrow(at.y, is_moved), narrow(at.z, is_moved)};
+        row.is_moved[place] = is_moved;
       }
+    };
+    const auto append = [&](const Row& first, std::size_t a, const Row& second, std::size_t b,
+                            const Row& third, std::size_t c) {
+      append_facet(facets, first.at[a], second.at[b], third.at[c]);
+      if (first.is_moved[a] + second.is_moved[b] + third.is_moved[c] > 0) ++moved.count;
     };
     fetch(lower, 0);
     for (std::int64_t j = 0; j < size; ++j) {
@@ -74,20 +89,20 @@ double write_facets(const ExportTask& task, OutputStream& output) {
       facets.clear();
       const auto count = static_cast<std::size_t>(size - j);
       for (std::size_t i = 0; i < count; ++i) {
-        append_facet(facets, lower[i], lower[i + 1], upper[i]);
-        if (i + 1 < count) append_facet(facets, lower[i + 1], upper[i + 1], upper[i]);
+        append(lower, i, lower, i + 1, upper, i);
+        if (i + 1 < count) append(lower, i + 1, upper, i + 1, upper, i);
       }
       output.write(facets);
       task.progress(done += 2 * count - 1);
-      lower.swap(upper);
+      std::swap(lower, upper);
     }
   }
-  return error;
+  return moved;
 }
 
 }  // namespace
 
-double write_stl_level(const ExportTask& task, OutputStream& output) {
+Moved write_stl_level(const ExportTask& task, OutputStream& output) {
   // The first word must not be "solid", which marks a text file.
   std::string header = "plait: level " + std::to_string(task.level);
   header.resize(kHeaderBytes, ' ');

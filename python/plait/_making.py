@@ -5,7 +5,7 @@ from ctypes import byref, c_void_p
 
 import numpy as np
 
-from . import _functions, _handles, _memory
+from . import _functions, _handles, _memory, _records
 from . import _structures as types
 from ._functions import LIBRARY, text
 from ._progress import Watch
@@ -32,8 +32,8 @@ def create(vertices, faces, path=None, backend=None, dtype=None, layout="given",
     block_bytes: unit of I/O. memory: the most memory for blocks; a number or a text such as "64MiB".
     warn: a function of a text, told what was changed in the mesh; None: Python warns.
     """
-    vertices = np.ascontiguousarray(vertices, np.float64)
-    given = np.asarray(faces)
+    vertices = np.ascontiguousarray(_records.unmasked("vertices", vertices), np.float64)
+    given = _records.unmasked("faces", faces)
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise InvalidArgument(f"vertices: expected shape (n, 3), found {vertices.shape}")
     if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "iu":

@@ -51,7 +51,7 @@ def face_attributes(store, face_count):
 
 def set_face_attribute(store, name, numbers, dtype):
     """Fills an attribute of faces; adds it if the store does not have it."""
-    given = np.asarray(numbers)
+    given = _records.unmasked(f"'{name}'", numbers)
     count = len(store.base.triangles)
     if given.shape != (count,):
         raise InvalidArgument(f"'{name}': expected a number for each of {count} faces, found shape "

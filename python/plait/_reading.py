@@ -6,7 +6,7 @@ from ctypes import byref, c_uint32, c_uint64, c_void_p
 
 import numpy as np
 
-from . import _handles
+from . import _handles, _records
 from . import _structures as types
 from ._functions import LIBRARY, text
 from .errors import InvalidArgument, NotSupported
@@ -39,7 +39,7 @@ def whole(what, value):
 
 def face_list(faces):
     """Faces as the library takes them: a read-only array of its own."""
-    given = np.asarray(faces)
+    given = _records.unmasked("faces", faces)
     if given.size == 0:
         return frozen(np.empty(0, np.uint32))
     if given.dtype.kind not in "iu" or given.ndim != 1:
@@ -52,7 +52,7 @@ def face_list(faces):
 
 def three_numbers(what, values):
     """A point or a direction for the library."""
-    values = np.asarray(values, np.float64)
+    values = np.asarray(_records.unmasked(what, values), np.float64)
     if values.shape != (3,):
         raise InvalidArgument(f"{what}: expected 3 numbers, found shape {values.shape}")
     return (ctypes.c_double * 3)(*values)

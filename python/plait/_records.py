@@ -16,10 +16,19 @@ def type_name(dtype, known):
     return name
 
 
+def unmasked(what, records):
+    """The numbers as an array. Those that a masked array hides have no place in a store."""
+    hidden = np.ma.count_masked(records) if isinstance(records, np.ma.MaskedArray) else 0
+    if hidden:
+        raise InvalidArgument(f"{what}: expected a number everywhere, found {hidden} that are masked; "
+                              "array.filled(number) puts a number there")
+    return np.asarray(records)
+
+
 def fitted(what, records, dtype):
     """The records as this dtype, if that loses no kind of number: float64 may become float32, but 1.5
     no integer; and a whole number that the dtype does not have is refused."""
-    given = np.asarray(records)
+    given = unmasked(what, records)
     if given.dtype == dtype:
         return given
     whole = given.dtype.kind in "iu" and dtype.kind in "iu"

@@ -55,7 +55,7 @@ class PatchWriter:
         face, level = whole("face", face), whole("level", level)
         if not 0 <= face < 1 << 32:  # ctypes would take the last 32 bits
             raise InvalidArgument(f"face {face}: expected 0 and more, as in store.base.triangles")
-        given = np.asarray(records)
+        given = _records.unmasked(f"'{name}'", records)
         attribute = self._attributes.get(name)
         if attribute is not None:
             dtype, components = attribute

@@ -24,6 +24,25 @@ def test_patches_that_are_written_read_back(tmp_path):
             assert np.array_equal(store["copy"][level][:], store["position"][level][:])
 
 
+def test_masked_numbers_are_refused(tmp_path):
+    """A store has a number everywhere: what a masked array hides is not taken for one."""
+    points, faces = icosahedron()
+    hidden = np.ma.masked_array(points, mask=points > 0.9)
+    number = f"{hidden.mask.sum()} that are masked"
+    with pytest.raises(plait.InvalidArgument, match=number):
+        plait.create(hidden, faces)
+    plait.create(np.ma.masked_array(points), faces).close()  # nothing is masked
+    with make(icosahedron(), tmp_path / "s.plait", levels=1) as store:
+        store.add_attribute("height", np.float32)
+        with store.patch_writer("height") as writer:
+            with pytest.raises(plait.InvalidArgument, match="'height'.* found 1 that are masked"):
+                writer.write_patch("height", 0, 1, np.ma.masked_equal(np.arange(6.0), 3))
+            for face in range(20):
+                writer.write_patch("height", face, 1, np.ones(6))
+        with pytest.raises(plait.InvalidArgument, match="found 20 that are masked"):
+            store.set_face_attribute("kind", np.ma.masked_all(20, np.uint8))
+
+
 def test_two_threads_write_one_store(tmp_path):
     store = make(icosahedron(), levels=4, scheme="loop")
     patches = [store.patch(face) for face in range(20)]

@@ -288,6 +288,7 @@ def test_quantized_gltf_has_one_lattice(stores, tmp_path, name):
     assert 32767 < attributes["POSITION"].max() <= 65535
     assert report["position_error"] == np.abs(points - exact).max()
     assert report["position_error"] <= step / 2
+    assert report["moved"] == (points != exact).any(1).sum()
     assert np.abs(attributes["NORMAL"] - normals).max() <= 0.5 / 127 + 1e-6
     # Patches have equal numbers where they meet, so they have no cracks.
     assert len(np.unique(points, axis=0)) == len(mesh.vertices)
@@ -340,7 +341,33 @@ def test_gltf_of_wide_positions_far_away_keeps_what_float32_can(tmp_path, offset
     report = export(tmp_path / "u.plait", tmp_path / "u.stl")
     narrow = patches.astype(np.float32)
     assert report["position_error"] == np.abs(narrow - patches).max() > 0.1
-    assert export(tmp_path / "u.plait", tmp_path / "u.ply")["position_error"] == 0
+    with plait.open(tmp_path / "u.plait") as store:
+        mesh = store.mesh()
+    moved = (mesh.vertices != mesh.vertices.astype(np.float32)).any(1)
+    assert report["moved"] == moved[mesh.triangles].any(1).sum() > 0
+    told = subprocess.run([PROGRAM, "export", tmp_path / "u.plait", tmp_path / "u.stl", "--force"],
+                          capture_output=True, text=True, check=True).stdout
+    assert f'{report["moved"]} triangles have coordinates that are off' in told.replace(",", "")
+    assert ".ply" in told
+    report = export(tmp_path / "u.plait", tmp_path / "u.ply")
+    assert report["position_error"] == report["moved"] == 0
+
+
+@pytest.mark.parametrize("name, dtype, components", [
+    ("normal", np.int16, 3), ("normal", np.float32, 2), ("color", np.int8, 3), ("color", np.float32, 2),
+    ("texture", np.uint16, 2)])
+def test_gltf_says_what_viewers_do_not_draw(tmp_path, name, dtype, components):
+    with make(icosahedron(), tmp_path / "s.plait", levels=1) as store:
+        store.add_attribute(name, dtype, components)
+        with store.patch_writer(name) as writer:
+            for face in range(20):
+                writer.write_patch(name, face, 1, np.ones((6, components), dtype))
+        store.commit()
+    export(tmp_path / "s.plait", tmp_path / "s.glb", "--attribute", name,
+           warning=f"'{name}' has records of {components} of {np.dtype(dtype)}, so the file has it as "
+                   f"_{name}, which viewers do not draw")
+    _, ((attributes, _),) = read_gltf(tmp_path / "s.glb")
+    assert f"_{name}" in attributes
 
 
 def test_gltf_with_z_up_is_turned(stores, tmp_path):

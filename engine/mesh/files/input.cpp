@@ -46,15 +46,17 @@ class CompressedSource {
   using char_type = char;
   using category = io::source_tag;
 
-  CompressedSource(const File& file, std::uint64_t file_bytes, ZstdFrames* frames)
-      : file_(&file), file_bytes_(file_bytes), frames_(frames) {}
+  /// `offset` counts what is read.
+  CompressedSource(const File& file, std::uint64_t file_bytes, std::uint64_t& offset,
+                   ZstdFrames* frames)
+      : file_(&file), file_bytes_(file_bytes), frames_(frames), offset_(&offset) {}
 
   std::streamsize read(char* into, std::streamsize capacity) {
     const auto count = static_cast<std::size_t>(
-        std::min(static_cast<std::uint64_t>(capacity), file_bytes_ - offset_));
+        std::min(static_cast<std::uint64_t>(capacity), file_bytes_ - *offset_));
     if (count == 0) return -1;
-    file_->read_at(offset_, std::as_writable_bytes(std::span(into, count)));
-    offset_ += count;
+    file_->read_at(*offset_, std::as_writable_bytes(std::span(into, count)));
+    *offset_ += count;
     if (frames_ != nullptr) frames_->follow({into, count});
     return static_cast<std::streamsize>(count);
   }
@@ -63,12 +65,13 @@ class CompressedSource {
   const File* file_;
   std::uint64_t file_bytes_;
   ZstdFrames* frames_;
-  std::uint64_t offset_ = 0;
+  std::uint64_t* offset_;
 };
 
 }  // namespace
 
 struct Input::Decompressor {
+  std::uint64_t read_bytes = 0;  ///< of the compressed file
   ZstdFrames frames;
   io::filtering_streambuf<io::input> stream;
 };
@@ -95,7 +98,8 @@ void Input::begin_decompression(std::uint64_t file_bytes) {
   else
     stream.push(io::gzip_decompressor(io::zlib::default_window_bits, kFilterBufferBytes),
                 kFilterBufferBytes);
-  stream.push(CompressedSource(file_, file_bytes, is_zstd_ ? &decompressor_->frames : nullptr),
+  stream.push(CompressedSource(file_, file_bytes, decompressor_->read_bytes,
+                               is_zstd_ ? &decompressor_->frames : nullptr),
               kFilterBufferBytes);
 }
 
@@ -148,9 +152,13 @@ std::size_t Input::read_some(char* into, std::size_t capacity) {
 }
 
 void Input::refuse_damaged(std::string_view why) const {
-  refuse_at_byte(buffer_offset_ + end_,
-                 fmt::format("expected whole {} data, found it damaged or cut short ({})",
-                             is_zstd_ ? "zstd" : "gzip", why));
+  // Boost does not say how much it had decompressed.
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("read {}: expected whole {} data, found it damaged or cut short in the "
+                  "first {} bytes of the file ({})",
+                  path().native(), is_zstd_ ? "zstd" : "gzip", decompressor_->read_bytes, why))
+      .about(path());
 }
 
 std::optional<std::uint64_t> Input::content_bytes() {

@@ -88,6 +88,15 @@ TEST_CASE("ReadIndexedMesh_ZstdWithEveryHeaderForm_IsReadToItsEnd") {
                Contains("expected whole zstd data"));
 }
 
+TEST_CASE("ReadIndexedMesh_DamagedGzip_IsRefusedWithAPlaceOfTheFile") {
+  const MeshDirectory directory;
+  // "v 0 0 0\n" in a stored block whose length contradicts its complement.
+  const std::string damaged("\x1f\x8b\x08\0\0\0\0\0\0\x03\x01\x08\0\0\0v 0 0 0\n", 23);
+  CHECK_THAT(refusal([&] { read_indexed_mesh(directory.file("a.obj.gz", damaged)); }),
+             Contains("expected whole gzip data, found it damaged or cut short in the first 23 "
+                      "bytes of the file"));
+}
+
 TEST_CASE("ReadIndexedMesh_UnknownContent_IsRefused") {
   const MeshDirectory directory;
   const auto read = [&](const std::string& name, const std::string& bytes) {
@@ -120,7 +129,7 @@ TEST_CASE("ReadBaseMesh_NonManifoldFile_IsRefusedWithItsName") {
                                    "f 1 2 3\nf 2 1 4\nf 1 2 5\n");
   CHECK(refusal([&] { read_base_mesh(path); }) ==
         path.string() +
-            ": edge 0-1: expected at most two faces, found 3: faces 0, 1, 2; plait "
+            ", counted from 0: edge 0-1: expected at most two faces, found 3: faces 0, 1, 2; plait "
             "check counts such places, and plait remesh repairs them");
 }
 
