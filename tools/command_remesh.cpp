@@ -58,6 +58,9 @@ std::string remesh_text(const Json& report) {
       report["levels"].get<int>(), number_text(report["vertices"]), number_text(report["faces"]),
       number_text(report["turned_faces"]), number_text(report["turned_faces_before"]),
       number_text(report["moved_vertices"]));
+  text += fmt::format("  {} edges folded over 150 degrees (the scan: {})\n",
+                      number_text(report["folded_edges"]),
+                      number_text(report["scan_figures"]["folded_edges"]));
   text += fmt::format(
       "  areas of small faces within a base face, 99th percentile to 1st: at most {:.1f} in 90 % "
       "of "
@@ -99,7 +102,8 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "its\n"
            "vertices. The scan has to fit in memory, at about 200 bytes a face. Small faces that "
            "stay\n"
-           "turned over are counted; attribute \"turned\" marks their corners. With --no-foldover, "
+           "turned over are counted; attribute \"turned\" is 1 at their corners. With "
+           "--no-foldover, "
            "that "
            "part\n"
            "of the scan gets more of the base faces until none is turned. Vertex attributes of a "

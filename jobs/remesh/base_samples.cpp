@@ -15,6 +15,7 @@
 #include "plait/error.h"
 #include "plait/layout.h"
 #include "sample/area_spread.h"
+#include "sample/folds.h"
 #include "sample/relax.h"
 #include "sample/turned.h"
 #include "sample/untangle.h"
@@ -24,7 +25,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Parts of the work on one base mesh, in thousandths.
-constexpr WorkPart kDecimateStep = {0, 790}, kSampleStep = {790, 860}, kRelaxStep = {860, 1000};
+constexpr WorkPart kDecimateStep = {0, 750}, kSampleStep = {750, 800},
+                   kFirstUntangleStep = {800, 830}, kRelaxStep = {830, 970},
+                   kLastUntangleStep = {970, 1000};
 
 /// With refuse_turned, at most this number of base meshes are made. From the middle one on they are
 /// firm (collapse/decimate.h), which suits fins.
@@ -69,8 +72,14 @@ class BaseSampler {
       weigh_turned_faces(scan_, result_.surface.base, request_.levels, result_.samples,
                          kWeightOfTurned, weights_);
     }
-    if (report_.turned > 0) mark_turned();
+    const auto go_on = [&] { progress_.begin("positions", now_.last); };
+    go_on();
+    mark_turned();
+    go_on();
     set_positions();
+    go_on();
+    report_.folds = count_folds(result_.surface.base, request_.levels, result_.surface.positions);
+    go_on();
     report_.area_spread =
         area_spread(result_.surface.base, request_.levels, result_.surface.positions);
     return std::move(result_);
@@ -117,6 +126,7 @@ void BaseSampler::make_base() {
   report_.kept_by_topology = decimated.limits.by_topology;
   report_.kept_by_shape = decimated.limits.by_shape;
   history_ = std::move(decimated.history);
+  progress_.begin("base mesh", now_.of(kSampleStep).first);
 
   // The base vertices are points of the scan, too. Faces keep their corners, so a corner is
   // followed back from any face that has it.
@@ -150,13 +160,14 @@ void BaseSampler::make_samples() {
   report_.small_faces = base.face_count() << (2 * request_.levels);
   report_.sample_seconds += clock.lap();
   // relax() turns no triangle over, but leaves those that are: they are fewer if it begins without.
-  const Untangled before = untangle(scan_, base, request_.levels, {}, result_.samples);
+  const Untangled before = untangle(scan_, base, request_.levels,
+                                    {.progress = during(kFirstUntangleStep)}, result_.samples);
   report_.untangle_seconds += clock.lap();
   report_.relaxed_samples =
       relax(scan_, base, request_.levels, {.progress = during(kRelaxStep)}, result_.samples);
   report_.relax_seconds += clock.lap();
-  progress_.begin("untangle", now_.last);
-  const Untangled untangled = untangle(scan_, base, request_.levels, {}, result_.samples);
+  const Untangled untangled = untangle(scan_, base, request_.levels,
+                                       {.progress = during(kLastUntangleStep)}, result_.samples);
   report_.turned_before = before.before;
   report_.turned = untangled.after;
   report_.moved_samples = before.moved + untangled.moved;
@@ -184,6 +195,7 @@ void BaseSampler::refuse_turned() const {
 void BaseSampler::mark_turned() {
   std::vector<std::uint8_t>& turned = result_.surface.turned;
   turned.assign(result_.samples.size(), 0);
+  if (report_.turned == 0) return;
   for_each_turned(scan_, result_.surface.base, request_.levels, result_.samples,
                   [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
                     turned[a] = turned[b] = turned[c] = 1;

@@ -20,7 +20,7 @@ struct RelaxOptions {
   /// A small triangle has at most this number of times the mean area of its base face's small
   /// triangles, and at least that part of it, unless it was beyond before.
   double most_ratio = 2;
-  ProgressCallback progress = {};  ///< counts rounds
+  ProgressCallback progress = {};  ///< counts faces, edges and vertices, in each round
 };
 
 /// Moves samples along the faces of the scan, in each round by shorter ways. A sample moves if the

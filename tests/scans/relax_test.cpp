@@ -310,4 +310,20 @@ TEST_CASE("Relax_CancelledByItsCaller_IsAnError") {
         }).code() == ErrorCode::kCancelled);
 }
 
+TEST_CASE("Relax_Progress_IsToldWithinARound") {
+  RelaxCase sampled(torus_grid(40, 40), 100, 3);
+  std::uint64_t calls = 0, before = 0, falls = 0;
+  const auto count = [&](const Progress& now) {
+    ++calls;
+    falls += now.done < before || now.done > now.total;
+    before = now.done;
+    return calls < 40;
+  };
+  CHECK(error_of([&] {
+          sampled.relax({.rounds = 1, .full_rounds = 1, .progress = count});
+        }).code() == ErrorCode::kCancelled);
+  CHECK(falls == 0);
+  CHECK(before > 0);
+}
+
 }  // namespace plait::test
