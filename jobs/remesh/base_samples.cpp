@@ -15,6 +15,7 @@
 #include "plait/error.h"
 #include "plait/layout.h"
 #include "sample/area_spread.h"
+#include "sample/exact_faces.h"
 #include "sample/folds.h"
 #include "sample/relax.h"
 #include "sample/turned.h"
@@ -58,9 +59,14 @@ BaseShape shape_of(const BaseMesh& base) {
 
 class BaseSampler {
  public:
-  BaseSampler(const RemeshRequest& request, const Surface& scan, WorkPart part,
-              const ScanProgress& progress, RemeshReport& report)
-      : request_(request), scan_(scan), part_(part), progress_(progress), report_(report) {}
+  BaseSampler(const RemeshRequest& request, const Surface& scan, const TriangleTree& tree,
+              WorkPart part, const ScanProgress& progress, RemeshReport& report)
+      : request_(request),
+        scan_(scan),
+        tree_(tree),
+        part_(part),
+        progress_(progress),
+        report_(report) {}
 
   BaseSamples run() {
     for (;;) {
@@ -96,6 +102,7 @@ class BaseSampler {
 
   const RemeshRequest& request_;
   const Surface& scan_;
+  const TriangleTree& tree_;
   WorkPart part_;
   WorkPart now_{};  ///< of the present base mesh
   const ScanProgress& progress_;
@@ -163,8 +170,14 @@ void BaseSampler::make_samples() {
   const Untangled before = untangle(scan_, base, request_.levels,
                                     {.progress = during(kFirstUntangleStep)}, result_.samples);
   report_.untangle_seconds += clock.lap();
+  // What lies on the scan cannot come closer to it.
+  const std::vector<std::uint8_t> exact =
+      exact_faces(scan_, tree_, base, request_.levels, result_.samples,
+                  [&] { progress_.begin("relax", now_.of(kRelaxStep).first); });
+  report_.exact_faces = static_cast<std::uint64_t>(std::count(exact.begin(), exact.end(), 1));
   report_.relaxed_samples =
-      relax(scan_, base, request_.levels, {.progress = during(kRelaxStep)}, result_.samples);
+      relax(scan_, base, request_.levels, {.still_faces = exact, .progress = during(kRelaxStep)},
+            result_.samples);
   report_.relax_seconds += clock.lap();
   const Untangled untangled = untangle(scan_, base, request_.levels,
                                        {.progress = during(kLastUntangleStep)}, result_.samples);
@@ -221,9 +234,10 @@ void BaseSampler::set_positions() {
 
 }  // namespace
 
-BaseSamples make_base_samples(const RemeshRequest& request, const Surface& scan, WorkPart part,
-                              const ScanProgress& progress, RemeshReport& report) {
-  return BaseSampler(request, scan, part, progress, report).run();
+BaseSamples make_base_samples(const RemeshRequest& request, const Surface& scan,
+                              const TriangleTree& tree, WorkPart part, const ScanProgress& progress,
+                              RemeshReport& report) {
+  return BaseSampler(request, scan, tree, part, progress, report).run();
 }
 
 PLAIT_END_NAMESPACE

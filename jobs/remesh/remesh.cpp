@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -58,7 +59,8 @@ class ScanRun {
   RemeshReport run() {
     check_request();
     read_scan();
-    sampled_ = make_base_samples(request_, scan_, kSampling, progress_, report_);
+    scan_tree_.emplace(scan_.positions, scan_.faces, [this] { progress_.begin("repair", 0); });
+    sampled_ = make_base_samples(request_, scan_, *scan_tree_, kSampling, progress_, report_);
     if (request_.distances) {
       progress_.begin("distances", kWriting.first);
       sampled_.surface.distances = distances_at_samples(scan_, sampled_.surface);
@@ -82,6 +84,7 @@ class ScanRun {
   ScanProgress progress_;
   RemeshReport report_;
   Surface scan_;
+  std::optional<TriangleTree> scan_tree_;
   ScanAttributes attributes_;
   BaseSamples sampled_;
 };
@@ -191,17 +194,15 @@ void ScanRun::measure() {
   if (request_.report_samples == 0) return;
   const IndexedMesh small = small_triangles(sampled_.surface);
   const TriangleSet scan{scan_.positions, scan_.faces}, store{small.positions, small.faces};
-  const auto tree_of = [&](const TriangleSet& set, WorkPart part) {
-    return TriangleTree(set.positions, set.faces,
-                        [&] { progress_.begin("distances", part.first); });
-  };
-  report_.to_store = measure_distances(scan, tree_of(store, kMeasuringStore), store,
+  const TriangleTree store_tree(store.positions, store.faces,
+                                [this] { progress_.begin("distances", kMeasuringStore.first); });
+  report_.to_store = measure_distances(scan, store_tree, store,
                                        {.samples = request_.report_samples,
                                         .far = kFarEdges * report_.mean_edge,
                                         .phase = "distance to the store",
                                         .progress = progress_.during(kMeasuringStore)});
   if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
-  report_.to_scan = measure_distances(store, tree_of(scan, kMeasuringScan), scan,
+  report_.to_scan = measure_distances(store, *scan_tree_, scan,
                                       {.samples = request_.report_samples,
                                        .phase = "distance to the scan",
                                        .progress = progress_.during(kMeasuringScan)});

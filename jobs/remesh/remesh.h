@@ -64,7 +64,8 @@ struct RemeshReport {
   /// because genus, borders or components would change, or because a face would turn or become a
   /// needle.
   std::uint64_t kept_by_topology = 0, kept_by_shape = 0;
-  std::uint64_t relaxed_samples = 0;                               ///< moved by relax()
+  std::uint64_t exact_faces = 0;      ///< of the base mesh: they lie on the scan before relax()
+  std::uint64_t relaxed_samples = 0;  ///< moved by relax()
   std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()
   std::uint64_t folds = 0;        ///< edges of small triangles (sample/folds.h)
   std::uint64_t base_meshes = 0;  ///< that were tried; more than one only with refuse_turned

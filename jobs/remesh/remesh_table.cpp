@@ -32,6 +32,7 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                     {"levels", request.levels},
                     {"vertices", report.vertices},
                     {"faces", report.small_faces},
+                    {"exact_base_faces", report.exact_faces},
                     {"relaxed_vertices", report.relaxed_samples},
                     {"turned_faces_before", report.turned_before},
                     {"turned_faces", report.turned},

@@ -57,6 +57,7 @@ class Relaxation {
     set_places();
     gather();
     find_borders();
+    find_still_faces();
   }
 
   std::uint64_t run() {
@@ -114,6 +115,7 @@ class Relaxation {
   void set_places();
   void gather();
   void find_borders();
+  void find_still_faces();
   double mean_error() const {
     return std::accumulate(errors_.begin(), errors_.end(), 0.0) /
            static_cast<double>(errors_.size());
@@ -136,7 +138,7 @@ class Relaxation {
   std::vector<RingTriangle> around_;  ///< sample s has those from first_[s] to first_[s + 1]
   std::vector<double> mean_areas_;    ///< [base face] twice the area, as area_vector() has it
   // Bytes, because threads write neighbours at once.
-  std::vector<std::uint8_t> fixed_;                     ///< on a border
+  std::vector<std::uint8_t> fixed_;                     ///< on a border, or of a still face
   std::vector<std::uint8_t> moved_before_, moved_now_;  ///< in the round before, and in this one
   std::vector<std::uint8_t> moved_ever_;
 };
@@ -190,6 +192,14 @@ void Relaxation::find_borders() {
     for (std::int64_t part = 0; part <= numbers_.size(); ++part)
       fixed_[on_side(side.face(), side.side(), part)] = 1;
   }
+}
+
+void Relaxation::find_still_faces() {
+  for (FaceId face = 0; face < options_.still_faces.size(); ++face)
+    if (options_.still_faces[face] != 0)
+      numbers_.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+        fixed_[a] = fixed_[b] = fixed_[c] = 1;
+      });
 }
 
 void Relaxation::relax_sample(std::uint64_t sample, SampleRing& ring) {
