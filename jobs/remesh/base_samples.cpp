@@ -36,6 +36,8 @@ constexpr std::uint64_t kMostBaseMeshes = 8, kFirstFirmMesh = 5;
 /// The part of a scan where small triangles are turned over counts this number of times in the next
 /// base mesh. Smaller factors need more base meshes, larger ones take more faces from other parts.
 constexpr float kWeightOfTurned = 8;
+/// A base mesh may have this number of times the faces asked for.
+constexpr double kMostSurplus = 1.05;
 /// The most places that an error names.
 constexpr std::size_t kMostPlaces = 3;
 
@@ -95,6 +97,7 @@ class BaseSampler {
   void begin_base_mesh();
   void make_base();
   void make_samples();
+  void check_reached(std::uint64_t faces) const;
   [[noreturn]] void refuse_turned() const;
   void mark_turned();
   void set_positions();
@@ -124,6 +127,27 @@ void BaseSampler::begin_base_mesh() {
   now_ = now_.nth(0, 2);
 }
 
+/// More base faces than asked for are more small faces, memory and bytes than the caller expects.
+void BaseSampler::check_reached(std::uint64_t faces) const {
+  if (faces <= request_.faces + 1 ||
+      static_cast<double>(faces) <= kMostSurplus * static_cast<double>(request_.faces))
+    return;
+  std::string remedy;
+  if (report_.scan.components > 1)
+    remedy += fmt::format(", or --min-component N removes small ones of its {} components",
+                          report_.scan.components);
+  if (report_.scan.borders > 0)
+    remedy +=
+        fmt::format(", or --fill-holes N fills small ones of its {} borders", report_.scan.borders);
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("remesh {}: expected a base mesh of {} faces, found {} as the fewest: {} edges "
+                  "are kept by genus, borders, components or vertices of many faces, {} by the "
+                  "shape of faces: take --faces {} (fewer --levels make as many small faces){}",
+                  request_.scan.native(), request_.faces, faces, report_.kept_by_topology,
+                  report_.kept_by_shape, faces, remedy));
+}
+
 void BaseSampler::make_base() {
   const Stopwatch clock;
   Decimated decimated = decimate(scan_, {.faces = request_.faces,
@@ -132,6 +156,7 @@ void BaseSampler::make_base() {
                                          .progress = during(kDecimateStep)});
   report_.kept_by_topology = decimated.limits.by_topology;
   report_.kept_by_shape = decimated.limits.by_shape;
+  check_reached(decimated.faces.size());
   history_ = std::move(decimated.history);
   progress_.begin("base mesh", now_.of(kSampleStep).first);
 

@@ -23,8 +23,8 @@ PLAIT_BEGIN_NAMESPACE
 struct RemeshRequest {
   std::filesystem::path scan;   ///< a mesh file, as read_attributed_mesh() reads it
   std::filesystem::path store;  ///< gets its name when it is complete
-  std::uint64_t faces = 0;      ///< of the base mesh, at most (one more for a closed surface)
-  int levels = 3;               ///< 1 or more
+  std::uint64_t faces = 0;  ///< of the base mesh, at most (one more for a closed surface, or 5 %)
+  int levels = 3;           ///< 1 or more
   SurfaceRepairOptions repair = {};
   /// float32 or float64. Not set: float32, but float64 if float32 moved a vertex of the scan by
   /// more than a thousandth of the shortest edge there.
@@ -93,8 +93,8 @@ struct RemeshReport {
 /// The same scan and request give the same bits for any number of threads. Memory: about 200 bytes
 /// for each face of the scan and 140 for each small face, and the budget. Errors: those of
 /// read_attributed_mesh(), repair() and Store::create(); kInvalidArgument for counts that do not
-/// fit, and with refuse_turned; kOutOfMemory before the work begins; kCancelled. Pinned by
-/// tests/jobs/remesh_test.cpp.
+/// fit, for a base mesh of more than 1.05 times the faces asked for, and with refuse_turned;
+/// kOutOfMemory before the work begins; kCancelled. Pinned by tests/jobs/remesh_test.cpp.
 RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
                     const JobWatch& watch = {});
 

@@ -25,13 +25,21 @@ struct Stage {
   ShapeLimits limits;
 };
 constexpr double kTileSurplus = 10, kMiddleSurplus = 3.1623;  // the middle of 10 and 1, as a factor
-constexpr ShapeLimits kFirm{0.2, 0.5, 0.5}, kLoose{0.1, 0.2, 0.2}, kLast{0.02, 0.0, 0.0};
+constexpr ShapeLimits kFirm{0.2, 0.5, 0.5}, kLoose{0.1, 0.2, 0.2}, kLast{0.02, 0.0, 0.0},
+    kRough{0.002, -0.5, -0.5}, kAny{0, -1, -1};
 /// With the first limits alone, thin parts lock: of the last edges, nine of ten may not collapse,
 /// so the last collapses take what is left, not what is cheapest. Faces there stay small, and
-/// others become too large. A stage tries again what stages before it refused.
-constexpr std::array<Stage, 4> kStages = {
-    {{kTileSurplus, kFirm}, {kMiddleSurplus, kLoose}, {1, kLoose}, {1, kLast}}};
-constexpr std::array<Stage, 3> kFirmStages = {{{1, kFirm}, {1, kLoose}, {1, kLast}}};
+/// others become too large. A stage tries again what stages before it refused. The last two are for
+/// scans whose own faces are needles, or turn by more than the limits because of noise: only the
+/// plane that a collapse is laid out in limits it then.
+constexpr std::array<Stage, 6> kStages = {{{kTileSurplus, kFirm},
+                                           {kMiddleSurplus, kLoose},
+                                           {1, kLoose},
+                                           {1, kLast},
+                                           {1, kRough},
+                                           {1, kAny}}};
+constexpr std::array<Stage, 5> kFirmStages = {
+    {{1, kFirm}, {1, kLoose}, {1, kLast}, {1, kRough}, {1, kAny}}};
 /// Tiles do the first stage, so that it is the last part of the work, over the whole surface, that
 /// decides where faces are. Each tile keeps the same share of its faces.
 constexpr Stage kTileStage = kStages.front();

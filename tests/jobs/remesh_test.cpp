@@ -442,6 +442,12 @@ TEST_CASE("Remesh_WhatCannotBe_IsRefusedAndLeavesNothing") {
   refused([](RemeshRequest& r) { r.levels = 12, r.faces = 80; }, ErrorCode::kOutOfMemory,
           "of memory");
   refused([](RemeshRequest& r) { r.scan = "missing.ply"; }, ErrorCode::kNotFound, "missing.ply");
+  // A tetrahedron has no fewer faces.
+  write_ply(files.scan, side_by_side({torus_grid(12, 12), tetrahedron(), tetrahedron(),
+                                      tetrahedron(), sheet(4, 4)}));
+  for (const char* words : {"expected a base mesh of 12 faces, found ", "take --faces ",
+                            "of its 5 components", "of its 1 borders"})
+    refused([](RemeshRequest& r) { r.faces = 12; }, ErrorCode::kInvalidArgument, words);
   // A Moebius strip.
   write_ply(files.scan, {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}},
                          {{0, 2, 1}, {1, 2, 3}, {2, 4, 3}, {3, 4, 5}, {4, 1, 5}, {5, 1, 0}}});
