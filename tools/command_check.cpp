@@ -20,12 +20,12 @@ std::string check_text(const nlohmann::ordered_json& report) {
   const auto folded_edges = report["repaired"]["folded_edges"].get<std::uint64_t>();
   const std::string seams = seam_vertices == 0 ? "" : seam_text(seam_vertices) + "\n";
   const std::string folded =
-      folded_edges == 0 ? ""
-                        : fmt::format(
-                              "edges whose two faces lie on each other, with more than 175 degrees "
-                              "between their normals: {}\nsmall faces are turned over there, so "
-                              "remesh --no-foldover may refuse the mesh\n",
-                              format_count(folded_edges));
+      folded_edges == 0
+          ? ""
+          : fmt::format(
+                "edges folded over 150 degrees: {}\nsmall faces are turned over there, so "
+                "remesh --no-foldover may refuse the mesh\n",
+                format_count(folded_edges));
   return fmt::format(
       "{}: {}\n{}{}{}\n{}{}", report["mesh"].get<std::string>(),
       clean ? "an oriented manifold" : "not an oriented manifold as it is; remesh would repair it:",

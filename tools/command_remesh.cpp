@@ -58,6 +58,9 @@ std::string remesh_text(const Json& report) {
       report["levels"].get<int>(), number_text(report["vertices"]), number_text(report["faces"]),
       number_text(report["turned_faces"]), number_text(report["turned_faces_before"]),
       number_text(report["moved_vertices"]));
+  text += fmt::format("  {} edges folded over 150 degrees (the scan: {})\n",
+                      number_text(report["folded_edges"]),
+                      number_text(report["scan_figures"]["folded_edges"]));
   text += fmt::format(
       "  areas of small faces within a base face, 99th percentile to 1st: at most {:.1f} in 90 % "
       "of "
@@ -94,12 +97,15 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "until\n"
            "--faces are left, and puts each vertex of the levels on the scan. Genus, components "
            "and\n"
-           "borders stay. One percent of the scan's faces and three levels give about two thirds "
+           "borders stay; if they keep more than 1.05 times --faces, the command says how many and "
+           "makes\n"
+           "nothing. One percent of the scan's faces and three levels give about two thirds "
            "of "
            "its\n"
            "vertices. The scan has to fit in memory, at about 200 bytes a face. Small faces that "
            "stay\n"
-           "turned over are counted; attribute \"turned\" marks their corners. With --no-foldover, "
+           "turned over are counted; attribute \"turned\" is 1 at their corners. With "
+           "--no-foldover, "
            "that "
            "part\n"
            "of the scan gets more of the base faces until none is turned. Vertex attributes of a "

@@ -15,6 +15,8 @@
 #include "plait/error.h"
 #include "plait/layout.h"
 #include "sample/area_spread.h"
+#include "sample/exact_faces.h"
+#include "sample/folds.h"
 #include "sample/relax.h"
 #include "sample/turned.h"
 #include "sample/untangle.h"
@@ -24,7 +26,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Parts of the work on one base mesh, in thousandths.
-constexpr WorkPart kDecimateStep = {0, 790}, kSampleStep = {790, 860}, kRelaxStep = {860, 1000};
+constexpr WorkPart kDecimateStep = {0, 750}, kSampleStep = {750, 800},
+                   kFirstUntangleStep = {800, 830}, kRelaxStep = {830, 970},
+                   kLastUntangleStep = {970, 1000};
 
 /// With refuse_turned, at most this number of base meshes are made. From the middle one on they are
 /// firm (collapse/decimate.h), which suits fins.
@@ -32,6 +36,8 @@ constexpr std::uint64_t kMostBaseMeshes = 8, kFirstFirmMesh = 5;
 /// The part of a scan where small triangles are turned over counts this number of times in the next
 /// base mesh. Smaller factors need more base meshes, larger ones take more faces from other parts.
 constexpr float kWeightOfTurned = 8;
+/// A base mesh may have this number of times the faces asked for.
+constexpr double kMostSurplus = 1.05;
 /// The most places that an error names.
 constexpr std::size_t kMostPlaces = 3;
 
@@ -55,9 +61,14 @@ BaseShape shape_of(const BaseMesh& base) {
 
 class BaseSampler {
  public:
-  BaseSampler(const RemeshRequest& request, const Surface& scan, WorkPart part,
-              const ScanProgress& progress, RemeshReport& report)
-      : request_(request), scan_(scan), part_(part), progress_(progress), report_(report) {}
+  BaseSampler(const RemeshRequest& request, const Surface& scan, const TriangleTree& tree,
+              WorkPart part, const ScanProgress& progress, RemeshReport& report)
+      : request_(request),
+        scan_(scan),
+        tree_(tree),
+        part_(part),
+        progress_(progress),
+        report_(report) {}
 
   BaseSamples run() {
     for (;;) {
@@ -69,8 +80,14 @@ class BaseSampler {
       weigh_turned_faces(scan_, result_.surface.base, request_.levels, result_.samples,
                          kWeightOfTurned, weights_);
     }
-    if (report_.turned > 0) mark_turned();
+    const auto go_on = [&] { progress_.begin("positions", now_.last); };
+    go_on();
+    mark_turned();
+    go_on();
     set_positions();
+    go_on();
+    report_.folds = count_folds(result_.surface.base, request_.levels, result_.surface.positions);
+    go_on();
     report_.area_spread =
         area_spread(result_.surface.base, request_.levels, result_.surface.positions);
     return std::move(result_);
@@ -80,6 +97,7 @@ class BaseSampler {
   void begin_base_mesh();
   void make_base();
   void make_samples();
+  void check_reached(std::uint64_t faces) const;
   [[noreturn]] void refuse_turned() const;
   void mark_turned();
   void set_positions();
@@ -87,6 +105,7 @@ class BaseSampler {
 
   const RemeshRequest& request_;
   const Surface& scan_;
+  const TriangleTree& tree_;
   WorkPart part_;
   WorkPart now_{};  ///< of the present base mesh
   const ScanProgress& progress_;
@@ -108,6 +127,27 @@ void BaseSampler::begin_base_mesh() {
   now_ = now_.nth(0, 2);
 }
 
+/// More base faces than asked for are more small faces, memory and bytes than the caller expects.
+void BaseSampler::check_reached(std::uint64_t faces) const {
+  if (faces <= request_.faces + 1 ||
+      static_cast<double>(faces) <= kMostSurplus * static_cast<double>(request_.faces))
+    return;
+  std::string remedy;
+  if (report_.scan.components > 1)
+    remedy += fmt::format(", or --min-component N removes small ones of its {} components",
+                          report_.scan.components);
+  if (report_.scan.borders > 0)
+    remedy +=
+        fmt::format(", or --fill-holes N fills small ones of its {} borders", report_.scan.borders);
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("remesh {}: expected a base mesh of {} faces, found {} as the fewest: {} edges "
+                  "are kept by genus, borders, components or vertices of many faces, {} by the "
+                  "shape of faces: take --faces {} (fewer --levels make as many small faces){}",
+                  request_.scan.native(), request_.faces, faces, report_.kept_by_topology,
+                  report_.kept_by_shape, faces, remedy));
+}
+
 void BaseSampler::make_base() {
   const Stopwatch clock;
   Decimated decimated = decimate(scan_, {.faces = request_.faces,
@@ -116,7 +156,9 @@ void BaseSampler::make_base() {
                                          .progress = during(kDecimateStep)});
   report_.kept_by_topology = decimated.limits.by_topology;
   report_.kept_by_shape = decimated.limits.by_shape;
+  check_reached(decimated.faces.size());
   history_ = std::move(decimated.history);
+  progress_.begin("base mesh", now_.of(kSampleStep).first);
 
   // The base vertices are points of the scan, too. Faces keep their corners, so a corner is
   // followed back from any face that has it.
@@ -150,13 +192,20 @@ void BaseSampler::make_samples() {
   report_.small_faces = base.face_count() << (2 * request_.levels);
   report_.sample_seconds += clock.lap();
   // relax() turns no triangle over, but leaves those that are: they are fewer if it begins without.
-  const Untangled before = untangle(scan_, base, request_.levels, {}, result_.samples);
+  const Untangled before = untangle(scan_, base, request_.levels,
+                                    {.progress = during(kFirstUntangleStep)}, result_.samples);
   report_.untangle_seconds += clock.lap();
+  // What lies on the scan cannot come closer to it.
+  const std::vector<std::uint8_t> exact =
+      exact_faces(scan_, tree_, base, request_.levels, result_.samples,
+                  [&] { progress_.begin("relax", now_.of(kRelaxStep).first); });
+  report_.exact_faces = static_cast<std::uint64_t>(std::count(exact.begin(), exact.end(), 1));
   report_.relaxed_samples =
-      relax(scan_, base, request_.levels, {.progress = during(kRelaxStep)}, result_.samples);
+      relax(scan_, base, request_.levels, {.still_faces = exact, .progress = during(kRelaxStep)},
+            result_.samples);
   report_.relax_seconds += clock.lap();
-  progress_.begin("untangle", now_.last);
-  const Untangled untangled = untangle(scan_, base, request_.levels, {}, result_.samples);
+  const Untangled untangled = untangle(scan_, base, request_.levels,
+                                       {.progress = during(kLastUntangleStep)}, result_.samples);
   report_.turned_before = before.before;
   report_.turned = untangled.after;
   report_.moved_samples = before.moved + untangled.moved;
@@ -184,6 +233,7 @@ void BaseSampler::refuse_turned() const {
 void BaseSampler::mark_turned() {
   std::vector<std::uint8_t>& turned = result_.surface.turned;
   turned.assign(result_.samples.size(), 0);
+  if (report_.turned == 0) return;
   for_each_turned(scan_, result_.surface.base, request_.levels, result_.samples,
                   [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
                     turned[a] = turned[b] = turned[c] = 1;
@@ -209,9 +259,10 @@ void BaseSampler::set_positions() {
 
 }  // namespace
 
-BaseSamples make_base_samples(const RemeshRequest& request, const Surface& scan, WorkPart part,
-                              const ScanProgress& progress, RemeshReport& report) {
-  return BaseSampler(request, scan, part, progress, report).run();
+BaseSamples make_base_samples(const RemeshRequest& request, const Surface& scan,
+                              const TriangleTree& tree, WorkPart part, const ScanProgress& progress,
+                              RemeshReport& report) {
+  return BaseSampler(request, scan, tree, part, progress, report).run();
 }
 
 PLAIT_END_NAMESPACE

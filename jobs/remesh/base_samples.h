@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "distance/closest_point.h"
 #include "plait/detail/namespace.h"
 #include "remesh/remesh.h"
 #include "remesh/sampled_surface.h"
@@ -22,10 +23,12 @@ struct BaseSamples {
 /// base mesh, which so has more faces there. Sets those numbers of the report that are about the
 /// last base mesh; the seconds are those of all.
 ///
-/// All threads of the present arena, with the same result for each number. Errors: kInvalidArgument
+/// `tree` has the faces of the scan. All threads of the present arena, with the same result for
+/// each number. Errors: kInvalidArgument
 /// if small triangles are turned over in all base meshes, with their places; those of decimate(),
 /// sample_scan(), relax() and untangle(). Pinned by tests/jobs/remesh_test.cpp.
-BaseSamples make_base_samples(const RemeshRequest& request, const Surface& scan, WorkPart part,
-                              const ScanProgress& progress, RemeshReport& report);
+BaseSamples make_base_samples(const RemeshRequest& request, const Surface& scan,
+                              const TriangleTree& tree, WorkPart part, const ScanProgress& progress,
+                              RemeshReport& report);
 
 PLAIT_END_NAMESPACE

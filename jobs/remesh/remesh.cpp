@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -29,6 +30,7 @@ namespace {
 constexpr std::uint64_t kBytesPerScanFace = 200;
 constexpr std::uint64_t kBytesPerSmallFace = 140;
 constexpr std::uint64_t kFacesPerVertex = 2;
+constexpr int kFarEdges = 3;  ///< of the mean length: a part of the scan farther away is a warning
 constexpr std::string_view kTurned = "turned", kDistance = "distance";
 /// relax() numbers the corners of small faces in 32 bits.
 constexpr std::uint64_t kMostSmallFaces = (std::uint64_t{1} << 32) / 3;
@@ -57,7 +59,8 @@ class ScanRun {
   RemeshReport run() {
     check_request();
     read_scan();
-    sampled_ = make_base_samples(request_, scan_, kSampling, progress_, report_);
+    scan_tree_.emplace(scan_.positions, scan_.faces, [this] { progress_.begin("repair", 0); });
+    sampled_ = make_base_samples(request_, scan_, *scan_tree_, kSampling, progress_, report_);
     if (request_.distances) {
       progress_.begin("distances", kWriting.first);
       sampled_.surface.distances = distances_at_samples(scan_, sampled_.surface);
@@ -73,6 +76,7 @@ class ScanRun {
   void make_store();
   void write_store(const std::filesystem::path& path);
   void measure();
+  std::string far_text() const;
 
   const RemeshRequest& request_;
   const BackendRegistry& backends_;
@@ -80,6 +84,7 @@ class ScanRun {
   ScanProgress progress_;
   RemeshReport report_;
   Surface scan_;
+  std::optional<TriangleTree> scan_tree_;
   ScanAttributes attributes_;
   BaseSamples sampled_;
 };
@@ -132,7 +137,8 @@ void ScanRun::read_scan() {
       precision_for(mesh.mesh, request_.precision, {}, request_.scan.native(), warnings);
   report_.read_seconds = clock.lap();
   check_memory(mesh.mesh.faces.size());
-  progress_.begin("repair", 0);
+  const auto go_on = [&] { progress_.begin("repair", 0); };
+  go_on();
   Repaired repaired = repair(std::move(mesh.mesh), request_.repair, request_.scan.native());
   report_.seam_vertices = repaired.seam_vertices;
   if (repaired.seam_vertices > 0)
@@ -140,10 +146,12 @@ void ScanRun::read_scan() {
         fmt::format("{}: {}", request_.scan.native(), seam_text(repaired.seam_vertices)));
   if (watch_.warn)
     for (const std::string& warning : warnings) watch_.warn(warning);
+  go_on();
   attributes_ = ScanAttributes(std::move(mesh.attributes), repaired);
   scan_ = std::move(repaired.surface);
   report_.repairs = repaired.list;
   report_.scan = figures_of(scan_);
+  go_on();
   const TriangleSet triangles{scan_.positions, scan_.faces};
   report_.diagonal = diagonal_of(triangles);
   report_.mean_edge = mean_edge_of(triangles);
@@ -186,16 +194,37 @@ void ScanRun::measure() {
   if (request_.report_samples == 0) return;
   const IndexedMesh small = small_triangles(sampled_.surface);
   const TriangleSet scan{scan_.positions, scan_.faces}, store{small.positions, small.faces};
-  progress_.begin("distances", kMeasuringStore.first);
-  report_.to_store = measure_distances(scan, TriangleTree(store.positions, store.faces), store,
+  const TriangleTree store_tree(store.positions, store.faces,
+                                [this] { progress_.begin("distances", kMeasuringStore.first); });
+  report_.to_store = measure_distances(scan, store_tree, store,
                                        {.samples = request_.report_samples,
+                                        .far = kFarEdges * report_.mean_edge,
                                         .phase = "distance to the store",
                                         .progress = progress_.during(kMeasuringStore)});
-  report_.to_scan = measure_distances(store, TriangleTree(scan.positions, scan.faces), scan,
+  if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
+  report_.to_scan = measure_distances(store, *scan_tree_, scan,
                                       {.samples = request_.report_samples,
                                        .phase = "distance to the scan",
                                        .progress = progress_.during(kMeasuringScan)});
   report_.report_seconds = clock.seconds();
+}
+
+/// The parts of the scan that are far from the store, and what helps.
+std::string ScanRun::far_text() const {
+  const Distances& found = report_.to_store;
+  std::string text;
+  for (const FarPlace& place : found.far_places)
+    text += fmt::format("{} around ({:.6g}, {:.6g}, {:.6g}), up to {:.3g} % of the diagonal",
+                        text.empty() ? "" : ",", place.at.x, place.at.y, place.at.z,
+                        100 * place.distance / report_.diagonal);
+  return fmt::format(
+      "remesh {}: {:.2g} % of the scan is more than {} mean edges away from the store:{}: take "
+      "more "
+      "faces, as with --faces {}{}",
+      request_.scan.native(), 100 * found.far_share, kFarEdges, text, 4 * report_.base.faces,
+      request_.levels > 1
+          ? fmt::format(" --levels {}, which makes as many vertices", request_.levels - 1)
+          : std::string());
 }
 
 }  // namespace

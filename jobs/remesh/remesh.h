@@ -23,8 +23,8 @@ PLAIT_BEGIN_NAMESPACE
 struct RemeshRequest {
   std::filesystem::path scan;   ///< a mesh file, as read_attributed_mesh() reads it
   std::filesystem::path store;  ///< gets its name when it is complete
-  std::uint64_t faces = 0;      ///< of the base mesh, at most (one more for a closed surface)
-  int levels = 3;               ///< 1 or more
+  std::uint64_t faces = 0;  ///< of the base mesh, at most (one more for a closed surface, or 5 %)
+  int levels = 3;           ///< 1 or more
   SurfaceRepairOptions repair = {};
   /// float32 or float64. Not set: float32, but float64 if float32 moved a vertex of the scan by
   /// more than a thousandth of the shortest edge there.
@@ -64,14 +64,18 @@ struct RemeshReport {
   /// because genus, borders or components would change, or because a face would turn or become a
   /// needle.
   std::uint64_t kept_by_topology = 0, kept_by_shape = 0;
-  std::uint64_t relaxed_samples = 0;                               ///< moved by relax()
+  std::uint64_t exact_faces = 0;      ///< of the base mesh: they lie on the scan before relax()
+  std::uint64_t relaxed_samples = 0;  ///< moved by relax()
   std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()
+  std::uint64_t folds = 0;        ///< edges of small triangles (sample/folds.h)
   std::uint64_t base_meshes = 0;  ///< that were tried; more than one only with refuse_turned
   BaseShape shape;
   AreaSpread area_spread;
   double diagonal = 0, mean_edge = 0;       ///< of the scan
   std::vector<AttributeSchema> attributes;  ///< of the scan, that came along
-  Distances to_store, to_scan;              ///< without samples if the request asks for none
+  /// Without samples if the request asks for none. Parts of the scan that are farther than 3 mean
+  /// edges from the store are a warning too.
+  Distances to_store, to_scan;
   std::string backend, digest;
   std::uint64_t stored_bytes = 0;
   double read_seconds = 0, repair_seconds = 0, decimate_seconds = 0, sample_seconds = 0,
@@ -79,17 +83,18 @@ struct RemeshReport {
 };
 
 /// Makes the store: attribute "position" (3 x float32 or float64) on all levels, at points of the
-/// scan, and the vertex attributes of a PLY file there (remesh/scan_attributes.h). If small
-/// triangles stay turned over, attribute "turned" (uint8) is 1 at their corners and 0 elsewhere.
-/// After an error there is no new store.
+/// scan, the vertex attributes of a PLY file there (remesh/scan_attributes.h), and "turned"
+/// (uint8): 1 at the corners of small triangles that stay turned over, 0 elsewhere. After an error
+/// there is no new store.
 ///
-/// Progress counts thousandths of the whole work; there are no other steps.
+/// Progress counts thousandths of the whole work; there are no other steps. It is told about
+/// every half second or more often, but for reading and repairing large files.
 ///
 /// The same scan and request give the same bits for any number of threads. Memory: about 200 bytes
 /// for each face of the scan and 140 for each small face, and the budget. Errors: those of
 /// read_attributed_mesh(), repair() and Store::create(); kInvalidArgument for counts that do not
-/// fit, and with refuse_turned; kOutOfMemory before the work begins; kCancelled. Pinned by
-/// tests/jobs/remesh_test.cpp.
+/// fit, for a base mesh of more than 1.05 times the faces asked for, and with refuse_turned;
+/// kOutOfMemory before the work begins; kCancelled. Pinned by tests/jobs/remesh_test.cpp.
 RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
                     const JobWatch& watch = {});
 

@@ -32,9 +32,11 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                     {"levels", request.levels},
                     {"vertices", report.vertices},
                     {"faces", report.small_faces},
+                    {"exact_base_faces", report.exact_faces},
                     {"relaxed_vertices", report.relaxed_samples},
                     {"turned_faces_before", report.turned_before},
                     {"turned_faces", report.turned},
+                    {"folded_edges", report.folds},
                     {"moved_vertices", report.moved_samples},
                     {"area_spread",
                      {{"percentile_90", report.area_spread.percentile_90},
@@ -46,6 +48,12 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                     {"mean_edge", report.mean_edge}};
   if (request.report_samples > 0) {
     json["scan_to_store"] = distances_json(report.to_store, report.diagonal);
+    json["far_share"] = report.to_store.far_share;
+    json["far_places"] = JobReport::array();
+    for (const FarPlace& place : report.to_store.far_places)
+      json["far_places"].push_back({{"position", {place.at.x, place.at.y, place.at.z}},
+                                    {"distance", place.distance},
+                                    {"share", place.share}});
     json["store_to_scan"] = distances_json(report.to_scan, report.diagonal);
   }
   json["attributes"] = attributes_json(report.attributes);

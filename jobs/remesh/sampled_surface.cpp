@@ -57,20 +57,18 @@ constexpr FaceId kFacesAtOnce = 64;
 
 void write_levels(const SampledSurface& surface, ComponentType precision, Store& store, int threads,
                   const ProgressCallback& progress) {
-  const std::uint64_t count =
-      1 + (surface.turned.empty() ? 0u : 1u) + (surface.distances.empty() ? 0u : 1u);
+  const std::uint64_t count = surface.distances.empty() ? 2 : 3;
   if (precision == ComponentType::kFloat64)
     write_attribute<Point>(store, "position", surface.levels, threads, surface.positions,
                            nth_of(progress, 0, count));
   else
     write_attribute<Vector3<float>>(store, "position", surface.levels, threads, surface.positions,
                                     nth_of(progress, 0, count), in_float32);
-  if (!surface.turned.empty())
-    write_attribute<std::uint8_t>(store, "turned", surface.levels, threads, surface.turned,
-                                  nth_of(progress, 1, count));
+  write_attribute<std::uint8_t>(store, "turned", surface.levels, threads, surface.turned,
+                                nth_of(progress, 1, count));
   if (!surface.distances.empty())
     write_attribute<float>(store, "distance", surface.levels, threads, surface.distances,
-                           nth_of(progress, count - 1, count));
+                           nth_of(progress, 2, count));
 }
 
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,

@@ -19,12 +19,12 @@ struct SampledSurface {
   BaseMesh base;  ///< its faces are in layout order; its vertices are points of the scan
   int levels = 0;
   std::vector<Point> positions;      ///< by SampleNumbers, with numbers that the store can have
-  std::vector<std::uint8_t> turned;  ///< by SampleNumbers; empty if no small triangle is turned
+  std::vector<std::uint8_t> turned;  ///< by SampleNumbers: 1 at corners of turned ones
   std::vector<float> distances;      ///< by SampleNumbers; empty unless asked for
 };
 
-/// Adds the attributes "position" (of `precision`) and, unless they are empty, "turned" and
-/// "distance", and writes all their levels. `progress` counts the vertices of all of them.
+/// Adds the attributes "position" (of `precision`), "turned" and, unless it is empty, "distance",
+/// and writes all their levels. `progress` counts the vertices of all of them.
 void write_levels(const SampledSurface& surface, ComponentType precision, Store& store, int threads,
                   const ProgressCallback& progress);
 

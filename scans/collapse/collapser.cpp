@@ -4,6 +4,12 @@
 #include <cmath>
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Faces or edges between two calls of `tell`.
+constexpr std::uint64_t kBetweenTells = 4096;
+
+}  // namespace
 
 void Collapser::shape_patch(const Patch& patch, PatchShape& shape) const {
   for (int i = 0; i < patch.ring_size(); ++i)
@@ -85,10 +91,12 @@ void Collapser::push(FaceSide edge) {
   if (queue_.size() > size) std::push_heap(queue_.begin(), queue_.end());
 }
 
-void Collapser::fill_queue(std::span<const FaceId> faces) {
+void Collapser::fill_queue(std::span<const FaceId> faces, const std::function<void()>& tell) {
   queue_.clear();
   refused_ = {};
+  std::size_t seen = 0;
   for (const FaceId face : faces) {
+    if (++seen % kBetweenTells == 0 && tell) tell();
     if (!state_.mesh.lives(face)) continue;
     for (int side = 0; side < 3; ++side) {
       const FaceSide edge(face, side), beyond = state_.mesh.across(edge);
@@ -145,10 +153,10 @@ std::uint64_t Collapser::try_collapse(FaceSide edge) {
 std::uint64_t Collapser::collapse(std::span<const FaceId> faces, const ShapeLimits& limits,
                                   std::uint64_t count, const std::function<void()>& tell) {
   limits_ = limits;
-  fill_queue(faces);
+  fill_queue(faces, tell);
   std::uint64_t gone = 0, pops = 0;
   while (gone < count && !queue_.empty()) {
-    if (++pops % 4096 == 0 && tell) tell();
+    if (++pops % kBetweenTells == 0 && tell) tell();
     std::pop_heap(queue_.begin(), queue_.end());
     const Candidate next = queue_.back();
     queue_.pop_back();
@@ -164,9 +172,10 @@ std::uint64_t Collapser::collapse(std::span<const FaceId> faces, const ShapeLimi
   return gone;
 }
 
-CollapseRefusals Collapser::refusals(std::span<const FaceId> faces, const ShapeLimits& limits) {
+CollapseRefusals Collapser::refusals(std::span<const FaceId> faces, const ShapeLimits& limits,
+                                     const std::function<void()>& tell) {
   limits_ = limits;
-  fill_queue(faces);
+  fill_queue(faces, tell);
   return refused_;
 }
 

@@ -61,7 +61,8 @@ class Collapser {
   std::uint64_t collapse(std::span<const FaceId> faces, const ShapeLimits& limits,
                          std::uint64_t count, const std::function<void()>& tell);
   /// Why the edges of `faces` do not collapse.
-  CollapseRefusals refusals(std::span<const FaceId> faces, const ShapeLimits& limits);
+  CollapseRefusals refusals(std::span<const FaceId> faces, const ShapeLimits& limits,
+                            const std::function<void()>& tell);
 
  private:
   struct Candidate {
@@ -78,7 +79,7 @@ class Collapser {
     return tile_ == kWhole || (state_.tiles[state_.mesh.start(edge)] == tile_ &&
                                state_.tiles[state_.mesh.end(edge)] == tile_);
   }
-  void fill_queue(std::span<const FaceId> faces);
+  void fill_queue(std::span<const FaceId> faces, const std::function<void()>& tell);
   /// Values an edge anew, and puts it into the queue if it can collapse.
   void offer(FaceSide edge);
   void push(FaceSide edge);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <numeric>
 #include <span>
+#include <thread>
 #include <utility>
 
 #include "base/threads.h"
@@ -23,18 +25,26 @@ struct Stage {
   ShapeLimits limits;
 };
 constexpr double kTileSurplus = 10, kMiddleSurplus = 3.1623;  // the middle of 10 and 1, as a factor
-constexpr ShapeLimits kFirm{0.2, 0.5, 0.5}, kLoose{0.1, 0.2, 0.2}, kLast{0.02, 0.0, 0.0};
+constexpr ShapeLimits kFirm{0.2, 0.5, 0.5}, kLoose{0.1, 0.2, 0.2}, kLast{0.02, 0.0, 0.0},
+    kRough{0.002, -0.5, -0.5}, kAny{0, -1, -1};
 /// With the first limits alone, thin parts lock: of the last edges, nine of ten may not collapse,
 /// so the last collapses take what is left, not what is cheapest. Faces there stay small, and
-/// others become too large. A stage tries again what stages before it refused.
-constexpr std::array<Stage, 4> kStages = {
-    {{kTileSurplus, kFirm}, {kMiddleSurplus, kLoose}, {1, kLoose}, {1, kLast}}};
-constexpr std::array<Stage, 3> kFirmStages = {{{1, kFirm}, {1, kLoose}, {1, kLast}}};
+/// others become too large. A stage tries again what stages before it refused. The last two are for
+/// scans whose own faces are needles, or turn by more than the limits because of noise: only the
+/// plane that a collapse is laid out in limits it then.
+constexpr std::array<Stage, 6> kStages = {{{kTileSurplus, kFirm},
+                                           {kMiddleSurplus, kLoose},
+                                           {1, kLoose},
+                                           {1, kLast},
+                                           {1, kRough},
+                                           {1, kAny}}};
+constexpr std::array<Stage, 5> kFirmStages = {
+    {{1, kFirm}, {1, kLoose}, {1, kLast}, {1, kRough}, {1, kAny}}};
 /// Tiles do the first stage, so that it is the last part of the work, over the whole surface, that
 /// decides where faces are. Each tile keeps the same share of its faces.
 constexpr Stage kTileStage = kStages.front();
-/// The number of tiles between two calls of the progress callback.
-constexpr std::size_t kTilesAtOnce = 8;
+
+constexpr FaceId kFacesBetweenTells = 1 << 16;
 
 class Decimator {
  public:
@@ -49,6 +59,7 @@ class Decimator {
     std::vector<FaceId> faces(first_faces_);
     std::iota(faces.begin(), faces.end(), FaceId{0});
     Collapser collapser(state_, Collapser::kWhole);
+    const auto tell = [&] { tell_gone(first_faces_ - state_.mesh.live_faces()); };
     const std::span<const Stage> stages =
         options_.firm ? std::span<const Stage>(kFirmStages) : std::span<const Stage>(kStages);
     for (const Stage& stage : stages) {
@@ -58,11 +69,11 @@ class Decimator {
         before = state_.mesh.live_faces();
         if (before <= goal) break;
         std::erase_if(faces, [&](FaceId face) { return !state_.mesh.lives(face); });
-        collapser.collapse(faces, stage.limits, before - goal, [&] { tell(); });
+        collapser.collapse(faces, stage.limits, before - goal, tell);
       } while (before - state_.mesh.live_faces() > before / 100);
     }
     if (state_.mesh.live_faces() > options_.faces + 1)
-      limits_ = collapser.refusals(faces, kStages.back().limits);
+      limits_ = collapser.refusals(faces, kStages.back().limits, tell);
   }
 
   Decimated finish();
@@ -74,7 +85,7 @@ class Decimator {
   std::uint64_t faces_of(const Stage& stage) const {
     return static_cast<std::uint64_t>(stage.surplus * static_cast<double>(options_.faces));
   }
-  void tell() const;
+  void tell_gone(std::uint64_t gone) const;
 
   CollapseState state_;
   DecimateOptions options_;
@@ -103,6 +114,7 @@ void Decimator::add_quadrics() {
   const std::vector<Point>& positions = state_.positions;
   std::vector<Quadric>& quadrics = state_.quadrics;
   for (FaceId face = 0; face < first_faces_; ++face) {
+    if (face % kFacesBetweenTells == 0) tell_gone(0);
     const auto& corners = mesh.faces()[face];
     const Point a = positions[corners[0]], b = positions[corners[1]], c = positions[corners[2]];
     const Point normal = area_vector(a, b, c);
@@ -137,25 +149,25 @@ void Decimator::collapse_in_tiles() {
       face_tiles(state_.positions, state_.mesh.faces(), options_.tile_faces);
   if (tiles.size() < 2) return;
   state_.tiles = vertex_tiles(state_.positions.size(), state_.mesh.faces(), tiles);
+  std::atomic<std::uint64_t> gone{0};
+  const auto tell = [&, caller = std::this_thread::get_id()] {
+    if (std::this_thread::get_id() == caller) tell_gone(gone);
+  };
   const auto collapse = [&](std::size_t tile) {
     const std::vector<FaceId>& faces = tiles[tile];
     const auto kept =
         static_cast<std::uint64_t>(static_cast<double>(faces.size()) * static_cast<double>(keep) /
                                    static_cast<double>(first_faces_));
-    Collapser(state_, static_cast<std::uint32_t>(tile))
-        .collapse(faces, kTileStage.limits, faces.size() - kept, {});
+    gone += Collapser(state_, static_cast<std::uint32_t>(tile))
+                .collapse(faces, kTileStage.limits, faces.size() - kept, tell);
   };
-  for (std::size_t first = 0; first < tiles.size(); first += kTilesAtOnce) {
-    tell();
-    each_on_workers(first, std::min(first + kTilesAtOnce, tiles.size()), collapse);
-  }
+  each_on_workers(std::size_t{0}, tiles.size(), collapse);
   state_.tiles = {};
 }
 
-void Decimator::tell() const {
-  if (!options_.progress) return;
-  const std::uint64_t gone = first_faces_ - state_.mesh.live_faces();
-  if (!options_.progress(
+void Decimator::tell_gone(std::uint64_t gone) const {
+  if (options_.progress &&
+      !options_.progress(
           {"base mesh", gone, first_faces_ - std::min(first_faces_, options_.faces)}))
     throw Error(ErrorCode::kCancelled, "remesh: cancelled, base mesh");
 }

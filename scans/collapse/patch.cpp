@@ -167,7 +167,9 @@ std::optional<PatchPlane> lay_out(const Patch& patch, const PatchShape& shape) {
   if (!ring_in_plane(patch, shape, plane)) return {};
   for (int i = 0; i < patch.faces; ++i) {
     const auto at = static_cast<std::size_t>(i), after = static_cast<std::size_t>(patch.next(i));
-    if (!fits({0, 0}, plane.ring[at], plane.ring[after], 1)) return {};
+    if (!fits({0, 0}, plane.ring[at], plane.ring[after],
+              space_quality(shape.now, shape.ring[at], shape.ring[after])))
+      return {};
   }
   if (patch.border_edge) {
     place_on_border(patch, shape, plane);

@@ -1,13 +1,14 @@
 #include "distance/distances.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "base/threads.h"
 #include "plait/error.h"
+#include "surface/paced_ranges.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -16,8 +17,7 @@ namespace {
 // the other surface takes up to a thousand times as long as one near it, and a cancel must not
 // wait.
 constexpr std::size_t kSamplesOfThread = 256;
-constexpr std::size_t kFewestAtOnce = 1024, kMostAtOnce = 32768;
-constexpr std::chrono::milliseconds kBetweenCalls(50);
+constexpr Pace kPace{1024, 32768};
 
 /// A number from 0 to 1 that depends on `seed` alone (splitmix64: G. Steele et al., 2014).
 double uniform(std::uint64_t seed) {
@@ -67,15 +67,21 @@ Distances measure_distances(const TriangleSet& from, const TriangleTree& tree,
 
   const auto count = static_cast<std::size_t>(options.samples);
   std::vector<float> distances(count), angles(count);
+  const auto face_of = [&](std::size_t i) {
+    const double place =
+        sum * (static_cast<double>(i) + uniform(3 * i)) / static_cast<double>(count);
+    const auto found = std::upper_bound(areas.begin(), areas.end(), place);
+    return static_cast<FaceId>(
+        std::min<std::size_t>(static_cast<std::size_t>(found - areas.begin()), areas.size() - 1));
+  };
+  const auto sample_of = [&](FaceId face, std::size_t i) {
+    return point_of(from, face, uniform(3 * i + 1), uniform(3 * i + 2));
+  };
   const auto measure = [&](std::size_t first, std::size_t last) {
     FaceId hint = 0;
     for (std::size_t i = first; i < last; ++i) {
-      const double place =
-          sum * (static_cast<double>(i) + uniform(3 * i)) / static_cast<double>(count);
-      const auto found = std::upper_bound(areas.begin(), areas.end(), place);
-      const auto face = static_cast<FaceId>(
-          std::min<std::size_t>(static_cast<std::size_t>(found - areas.begin()), areas.size() - 1));
-      const Point p = point_of(from, face, uniform(3 * i + 1), uniform(3 * i + 2));
+      const FaceId face = face_of(i);
+      const Point p = sample_of(face, i);
       const ClosestPoint closest = tree.closest(p, hint);
       hint = closest.face;
       distances[i] = static_cast<float>(std::sqrt(closest.squared_distance));
@@ -83,27 +89,27 @@ Distances measure_distances(const TriangleSet& from, const TriangleTree& tree,
           degrees_between(area_vector_of(from, face), area_vector_of(to, closest.face)));
     }
   };
-  std::size_t at_once = kFewestAtOnce;
-  for (std::size_t first = 0; first < count;) {
-    if (options.progress && !options.progress({options.phase, first, count}))
-      throw Error(ErrorCode::kCancelled, "distances: cancelled");
-    const auto begin = std::chrono::steady_clock::now();
-    const std::size_t last = std::min(first + at_once, count);
-    const std::size_t parts = (last - first + kSamplesOfThread - 1) / kSamplesOfThread;
-    each_on_workers(std::size_t{0}, parts, [&, first](std::size_t part) {
-      const std::size_t start = first + part * kSamplesOfThread;
-      measure(start, std::min(start + kSamplesOfThread, last));
-    });
-    first = last;
-    const bool fast = std::chrono::steady_clock::now() - begin < kBetweenCalls;
-    at_once = fast ? std::min(2 * at_once, kMostAtOnce) : std::max(at_once / 2, kFewestAtOnce);
-  }
+  for_paced_ranges(
+      count, kPace,
+      [&](std::size_t done) {
+        if (options.progress && !options.progress({options.phase, done, count}))
+          throw Error(ErrorCode::kCancelled, "distances: cancelled");
+      },
+      [&](std::size_t first, std::size_t last) {
+        const std::size_t parts = (last - first + kSamplesOfThread - 1) / kSamplesOfThread;
+        each_on_workers(std::size_t{0}, parts, [&](std::size_t part) {
+          const std::size_t start = first + part * kSamplesOfThread;
+          measure(start, std::min(start + kSamplesOfThread, last));
+        });
+      });
 
   Distances result;
   result.samples = count;
   double squares = 0, total = 0, turns = 0;
+  std::vector<FarSample> far;
   for (std::size_t i = 0; i < count; ++i) {
     const double distance = double{distances[i]};
+    if (distance > options.far) far.push_back({sample_of(face_of(i), i), distance});
     squares += distance * distance;
     total += distance;
     turns += double{angles[i]};
@@ -111,6 +117,8 @@ Distances measure_distances(const TriangleSet& from, const TriangleTree& tree,
   }
   const auto all = static_cast<double>(count);
   result.rms = std::sqrt(squares / all);
+  result.far_share = static_cast<double>(far.size()) / all;
+  result.far_places = far_places(std::move(far), count);
   result.mean = total / all;
   result.mean_angle = turns / all;
   result.percentile_99 = percentile(distances, 0.99);

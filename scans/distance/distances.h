@@ -4,10 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "distance/closest_point.h"
+#include "distance/far_places.h"
 #include "plait/detail/namespace.h"
 #include "plait/progress.h"
 #include "surface/surface.h"
@@ -22,6 +25,7 @@ struct TriangleSet {
 
 struct DistanceOptions {
   std::uint64_t samples = 1000000;
+  double far = std::numeric_limits<double>::infinity();  ///< a sample beyond this distance is far
   std::string_view phase = "distances";
   ProgressCallback progress = {};  ///< counts samples; called after 32,768 samples at most
 };
@@ -33,6 +37,8 @@ struct Distances {
   double percentile_99 = 0, percentile_99_9 = 0;
   /// Between the normal of the face at the sample and that of the face at the closest point.
   double mean_angle = 0, percentile_99_angle = 0;
+  double far_share = 0;              ///< of the samples
+  std::vector<FarPlace> far_places;  ///< of these
 };
 
 /// From points of `from`, spread evenly by area, to the closest points of the tree's triangles

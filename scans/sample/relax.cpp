@@ -12,6 +12,7 @@
 #include "sample/oriented_scan.h"
 #include "sample/sample_ring.h"
 #include "sample/walk.h"
+#include "surface/paced_ranges.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -42,6 +43,8 @@ class Relaxation {
         topology_(base.topology()),
         numbers_(base, level),
         options_(options),
+        steps_(static_cast<std::uint64_t>(options.rounds) *
+               (2 * base.face_count() + topology_.edges.size() + base.vertex_count())),
         samples_(samples),
         places_(samples.size()),
         errors_(samples.size(), 0),
@@ -54,13 +57,11 @@ class Relaxation {
     set_places();
     gather();
     find_borders();
+    find_still_faces();
   }
 
   std::uint64_t run() {
     for (int round = 0; round < options_.rounds; ++round) {
-      if (options_.progress && !options_.progress({"relax", static_cast<std::uint64_t>(round),
-                                                   static_cast<std::uint64_t>(options_.rounds)}))
-        throw Error(ErrorCode::kCancelled, "remesh: cancelled, relax");
       if (round == options_.full_rounds) {
         full_ = false;
         least_error_ = mean_error();
@@ -72,11 +73,30 @@ class Relaxation {
   }
 
  private:
+  /// Ends the work if it shall not go on.
+  void tell() const {
+    if (options_.progress && !options_.progress({"relax", done_, steps_}))
+      throw Error(ErrorCode::kCancelled, "remesh: cancelled, relax");
+  }
+  /// Calls work(first, last) for ranges that follow each other, and counts them if `counts`.
   template <class Work>
-  void for_faces(Work work) const {
-    ranges_on_workers(base_.face_count(), kFacesOfTask, [&](std::size_t first, std::size_t last) {
-      SampleRing ring;
-      for (std::size_t face = first; face < last; ++face) work(static_cast<FaceId>(face), ring);
+  void in_steps(std::size_t count, bool counts, const Work& work) {
+    const std::uint64_t before = done_;
+    const auto step = [&](std::size_t done) {
+      if (counts) done_ = before + done;
+      tell();
+    };
+    for_paced_ranges(count, {}, step, work);
+    if (counts) done_ = before + count;
+  }
+  template <class Work>
+  void for_faces(bool counts, const Work& work) {
+    in_steps(base_.face_count(), counts, [&](std::size_t begin, std::size_t end) {
+      ranges_on_workers(end - begin, kFacesOfTask, [&](std::size_t first, std::size_t last) {
+        SampleRing ring;
+        for (std::size_t face = begin + first; face < begin + last; ++face)
+          work(static_cast<FaceId>(face), ring);
+      });
     });
   }
   /// The number of the sample that is `part` parts of a side after its start.
@@ -95,6 +115,7 @@ class Relaxation {
   void set_places();
   void gather();
   void find_borders();
+  void find_still_faces();
   double mean_error() const {
     return std::accumulate(errors_.begin(), errors_.end(), 0.0) /
            static_cast<double>(errors_.size());
@@ -109,6 +130,7 @@ class Relaxation {
   const RelaxOptions& options_;
   double part_to_neighbour_ = kFirstPartToNeighbour, least_error_ = 0;
   bool full_ = true;  ///< the round
+  std::uint64_t done_ = 0, steps_;
   std::vector<SurfacePoint>& samples_;
   std::vector<OrientedPoint> places_;  ///< [sample]
   std::vector<double> errors_;         ///< [sample] of the ring, when it was last looked at
@@ -116,7 +138,7 @@ class Relaxation {
   std::vector<RingTriangle> around_;  ///< sample s has those from first_[s] to first_[s + 1]
   std::vector<double> mean_areas_;    ///< [base face] twice the area, as area_vector() has it
   // Bytes, because threads write neighbours at once.
-  std::vector<std::uint8_t> fixed_;                     ///< on a border
+  std::vector<std::uint8_t> fixed_;                     ///< on a border, or of a still face
   std::vector<std::uint8_t> moved_before_, moved_now_;  ///< in the round before, and in this one
   std::vector<std::uint8_t> moved_ever_;
 };
@@ -137,19 +159,25 @@ void Relaxation::gather() {
       work(k, i, j);
     });
   };
-  const auto faces = static_cast<FaceId>(base_.face_count());
-  for (FaceId face = 0; face < faces; ++face)
+  const auto for_each_face = [&](auto work) {
+    in_steps(base_.face_count(), false, [&](std::size_t first, std::size_t last) {
+      for (std::size_t face = first; face < last; ++face) work(static_cast<FaceId>(face));
+    });
+  };
+  for_each_face([&](FaceId face) {
     for_each_corner(face, [&](std::uint32_t at, std::uint32_t, std::uint32_t) { ++first_[at]; });
+  });
   std::uint32_t sum = 0;
   for (std::uint32_t& count : first_) sum += std::exchange(count, sum);
   around_.resize(sum);
   std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (FaceId face = 0; face < faces; ++face)
+  for_each_face([&](FaceId face) {
     for_each_corner(face, [&](std::uint32_t at, std::uint32_t second, std::uint32_t third) {
       around_[next[at]++] = {second, third, face};
     });
+  });
   const auto count = static_cast<double>(numbers_.size() * numbers_.size());
-  for_faces([&](FaceId face, SampleRing&) {
+  for_faces(false, [&](FaceId face, SampleRing&) {
     double areas = 0;
     numbers_.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
       areas += length(area_vector(places_[a].position, places_[b].position, places_[c].position));
@@ -164,6 +192,14 @@ void Relaxation::find_borders() {
     for (std::int64_t part = 0; part <= numbers_.size(); ++part)
       fixed_[on_side(side.face(), side.side(), part)] = 1;
   }
+}
+
+void Relaxation::find_still_faces() {
+  for (FaceId face = 0; face < options_.still_faces.size(); ++face)
+    if (options_.still_faces[face] != 0)
+      numbers_.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+        fixed_[a] = fixed_[b] = fixed_[c] = 1;
+      });
 }
 
 void Relaxation::relax_sample(std::uint64_t sample, SampleRing& ring) {
@@ -214,21 +250,27 @@ void Relaxation::relax_round() {
   const std::int64_t size = numbers_.size();
   // A sample reads its neighbours, so no two neighbours move at once: first those inside of faces,
   // then those on edges that are not next to a base vertex, in the end the others, one by one.
-  for_faces([&](FaceId face, SampleRing& ring) {
+  for_faces(true, [&](FaceId face, SampleRing& ring) {
     for (std::int64_t j = 1; j < size; ++j)
       for (std::int64_t i = 1; i + j < size; ++i) relax_sample(numbers_.of(face, i, j), ring);
   });
-  for_faces([&](FaceId face, SampleRing& ring) {
+  for_faces(true, [&](FaceId face, SampleRing& ring) {
     for (int side = 0; side < 3; ++side)
       if (topology_.is_own(face, side))
         for (std::int64_t part = 2; part + 2 <= size; ++part)
           relax_sample(on_side(face, side, part), ring);
   });
   SampleRing ring;
-  for (const Edge& edge : topology_.edges)
-    for (const std::int64_t part : {std::int64_t{1}, size - 1})
-      relax_sample(on_side(edge.own.face(), edge.own.side(), part), ring);
-  for (VertexId vertex = 0; vertex < base_.vertex_count(); ++vertex) relax_sample(vertex, ring);
+  in_steps(topology_.edges.size(), true, [&](std::size_t first, std::size_t last) {
+    for (std::size_t edge = first; edge < last; ++edge)
+      for (const std::int64_t part : {std::int64_t{1}, size - 1}) {
+        const FaceSide own = topology_.edges[edge].own;
+        relax_sample(on_side(own.face(), own.side(), part), ring);
+      }
+  });
+  in_steps(base_.vertex_count(), true, [&](std::size_t first, std::size_t last) {
+    for (std::size_t vertex = first; vertex < last; ++vertex) relax_sample(vertex, ring);
+  });
   std::swap(moved_before_, moved_now_);
   std::fill(moved_now_.begin(), moved_now_.end(), std::uint8_t{0});
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "plait/base_mesh.h"
@@ -20,7 +21,9 @@ struct RelaxOptions {
   /// A small triangle has at most this number of times the mean area of its base face's small
   /// triangles, and at least that part of it, unless it was beyond before.
   double most_ratio = 2;
-  ProgressCallback progress = {};  ///< counts rounds
+  /// [face of the base mesh] 1: its samples stay (exact_faces()). Empty: none do.
+  std::span<const std::uint8_t> still_faces = {};
+  ProgressCallback progress = {};  ///< counts faces, edges and vertices, in each round
 };
 
 /// Moves samples along the faces of the scan, in each round by shorter ways. A sample moves if the

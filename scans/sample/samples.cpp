@@ -1,16 +1,14 @@
 #include "sample/samples.h"
 
-#include <algorithm>
-
 #include "base/threads.h"
 #include "mesh/parallel_parts.h"
 #include "plait/error.h"
+#include "surface/paced_ranges.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The number of faces that are sampled between two calls of the progress callback.
-constexpr std::size_t kFacesAtOnce = 1 << 16;
+constexpr std::size_t kFacesSampledAtOnce = 16;
 
 }  // namespace
 
@@ -44,18 +42,19 @@ std::vector<SurfacePoint> sample_scan(const CollapseHistory& history, const Base
                                   static_cast<double>(i) * part, static_cast<double>(j) * part}});
       }
   };
-  for (std::size_t first = 0; first < base.face_count(); first += kFacesAtOnce) {
-    if (progress && !progress({"samples", first, base.face_count()}))
-      throw Error(ErrorCode::kCancelled, "remesh: cancelled, samples");
-    const std::size_t count = std::min<std::size_t>(kFacesAtOnce, base.face_count() - first);
-    constexpr std::size_t kFacesOfPart = 256;
-    each_on_workers(std::size_t{0}, (count + kFacesOfPart - 1) / kFacesOfPart,
-                    [&](std::size_t part) {
-                      const std::size_t end = std::min(count, (part + 1) * kFacesOfPart);
-                      for (std::size_t i = part * kFacesOfPart; i < end; ++i)
-                        sample_face(static_cast<FaceId>(first + i));
-                    });
-  }
+  for_paced_ranges(
+      base.face_count(), {},
+      [&](std::size_t done) {
+        if (progress && !progress({"samples", done, base.face_count()}))
+          throw Error(ErrorCode::kCancelled, "remesh: cancelled, samples");
+      },
+      [&](std::size_t begin, std::size_t end) {
+        ranges_on_workers(end - begin, kFacesSampledAtOnce,
+                          [&](std::size_t first, std::size_t last) {
+                            for (std::size_t face = begin + first; face < begin + last; ++face)
+                              sample_face(static_cast<FaceId>(face));
+                          });
+      });
   return samples;
 }
 

@@ -1,6 +1,39 @@
 #include "sample/turned.h"
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Whether all three points are on one face, in its orientation. Points on a sharp edge may belong
+/// to the face beyond it, whose normal says nothing about a triangle on this side.
+bool lie_on_one_face(const Surface& scan, const std::array<SurfacePoint, 3>& points) {
+  const auto is_on = [&](const SurfacePoint& point, FaceId face) {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (point.weights[i] > 0 &&
+          std::ranges::find(scan.faces[face], scan.faces[point.face][i]) == scan.faces[face].end())
+        return false;
+    return true;
+  };
+  const Point normal = area_vector(position_of(scan, points[0]), position_of(scan, points[1]),
+                                   position_of(scan, points[2]));
+  for (const SurfacePoint& point : points)
+    for (int side = -1; side < 3; ++side) {
+      FaceId face = point.face;
+      if (side >= 0) {
+        const FaceSide beyond = scan.across[FaceSide(point.face, side).code];
+        if (!beyond.exists()) continue;
+        face = beyond.face();
+      }
+      if (std::ranges::all_of(points, [&](const SurfacePoint& p) { return is_on(p, face); }))
+        return dot(normal, face_normal(scan, face)) >= 0;
+    }
+  return false;
+}
+
+}  // namespace
 
 bool is_turned(const Surface& scan, const SurfacePoint& a, const SurfacePoint& b,
                const SurfacePoint& c) {
@@ -8,7 +41,7 @@ bool is_turned(const Surface& scan, const SurfacePoint& a, const SurfacePoint& b
       area_vector(position_of(scan, a), position_of(scan, b), position_of(scan, c));
   const Point expected =
       face_normal(scan, a.face) + face_normal(scan, b.face) + face_normal(scan, c.face);
-  return dot(normal, expected) < 0;
+  return dot(normal, expected) < 0 && !lie_on_one_face(scan, {a, b, c});
 }
 
 std::uint64_t count_turned(const Surface& scan, const BaseMesh& base, int level,

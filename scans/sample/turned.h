@@ -13,7 +13,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Whether the small triangle of three points of the scan is turned over: its normal points away
-/// from the sum of the normals of the scan's faces at its corners.
+/// from the sum of the normals of the scan's faces at its corners, and it does not lie on one face
+/// of the scan.
 bool is_turned(const Surface& scan, const SurfacePoint& a, const SurfacePoint& b,
                const SurfacePoint& c);
 

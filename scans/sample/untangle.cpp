@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include "plait/error.h"
 #include "sample/turned.h"
 #include "sample/walk.h"
+#include "surface/paced_ranges.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -47,20 +49,36 @@ class Untangler {
   }
 
  private:
+  /// Calls work(first, last) for ranges that follow each other: one step of the work.
   template <class Work>
-  void for_each_triangle(Work&& work) const {
-    for (FaceId face = 0; face < base_.face_count(); ++face)
-      numbers_.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-        work({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b),
-              static_cast<std::uint32_t>(c)});
-      });
+  void in_steps(std::size_t count, const Work& work) {
+    const auto go_on = [&](std::size_t) {
+      if (options_.progress && !options_.progress({"untangle", done_, steps()}))
+        throw Error(ErrorCode::kCancelled, "remesh: cancelled, untangle");
+    };
+    for_paced_ranges(count, {}, go_on, work);
+    ++done_;
+  }
+  /// As many as there are at most: marks, rings, lists, rounds, count.
+  std::uint64_t steps() const { return static_cast<std::uint64_t>(options_.rounds + kRings + 3); }
+
+  template <class Work>
+  void for_each_triangle(const Work& work) {
+    in_steps(base_.face_count(), [&](std::size_t first, std::size_t last) {
+      for (std::size_t face = first; face < last; ++face)
+        numbers_.for_each_triangle(
+            static_cast<FaceId>(face), [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+              work({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b),
+                    static_cast<std::uint32_t>(c)});
+            });
+    });
   }
   bool turned(const SampleTriangle& t) const {
     return is_turned(scan_, samples_[t[0]], samples_[t[1]], samples_[t[2]]);
   }
 
   /// Marks the samples of kRings rings around the marked ones.
-  void grow(std::vector<std::uint8_t>& near) const {
+  void grow(std::vector<std::uint8_t>& near) {
     for (int ring = 1; ring <= kRings; ++ring)
       for_each_triangle([&](const SampleTriangle& t) {
         const auto is_inside = [&](std::uint32_t s) { return near[s] != 0 && near[s] <= ring; };
@@ -119,47 +137,51 @@ class Untangler {
 
   bool relax(const std::vector<SurfacePoint>& first) {
     bool any = false;
-    for (std::size_t i = 0; i < movable_.size(); ++i) {
-      if (fixed_[i]) continue;
-      SurfacePoint& sample = samples_[movable_[i]];
-      const Point p = position_of(scan_, sample), origin = position_of(scan_, first[movable_[i]]);
-      Point middle{0, 0, 0};
-      double edges = 0;
-      bool bad = false;
-      for (const SampleTriangle& t : around_[i]) {
-        const Point q = position_of(scan_, samples_[t[1]]);
-        middle = middle + q;
-        edges += length(q - p);
-        bad = bad || turned(t);
-      }
-      const double count = static_cast<double>(around_[i].size());
-      const double most_way = options_.most_way * edges / count;
-      double least = penalty(i, sample);
-      if (!bad && least < 1) continue;
-      SurfacePoint best = sample;
-      const auto offer = [&](Point way) {
-        const SurfacePoint there = walk(scan_, sample, way);
-        if (length(position_of(scan_, there) - origin) > most_way) return;
-        const double now = penalty(i, there);
-        if (now < 0.999 * least) {
-          least = now;
-          best = there;
-        }
-      };
-      const Point way = (1 / count) * middle - p;
-      for (const double part : kParts) offer(part * way);
-      if (bad)  // towards each neighbour, and away from it
-        for (const SampleTriangle& t : around_[i]) {
-          const Point to = position_of(scan_, samples_[t[1]]) - p;
-          offer(0.3 * to);
-          offer(-0.3 * to);
-        }
-      if (best.face != sample.face || best.weights != sample.weights) {
-        sample = best;
-        any = true;
-      }
-    }
+    in_steps(movable_.size(), [&](std::size_t from, std::size_t to) {
+      for (std::size_t place = from; place < to; ++place)
+        if (!fixed_[place]) any = relax_sample(place, first) || any;
+    });
     return any;
+  }
+
+  /// Returns whether the sample moved.
+  bool relax_sample(std::size_t place, const std::vector<SurfacePoint>& first) {
+    SurfacePoint& sample = samples_[movable_[place]];
+    const Point p = position_of(scan_, sample), origin = position_of(scan_, first[movable_[place]]);
+    Point middle{0, 0, 0};
+    double edges = 0;
+    bool bad = false;
+    for (const SampleTriangle& t : around_[place]) {
+      const Point q = position_of(scan_, samples_[t[1]]);
+      middle = middle + q;
+      edges += length(q - p);
+      bad = bad || turned(t);
+    }
+    const double count = static_cast<double>(around_[place].size());
+    const double most_way = options_.most_way * edges / count;
+    double least = penalty(place, sample);
+    if (!bad && least < 1) return false;
+    SurfacePoint best = sample;
+    const auto offer = [&](Point way) {
+      const SurfacePoint there = walk(scan_, sample, way);
+      if (length(position_of(scan_, there) - origin) > most_way) return;
+      const double now = penalty(place, there);
+      if (now < 0.999 * least) {
+        least = now;
+        best = there;
+      }
+    };
+    const Point way = (1 / count) * middle - p;
+    for (const double part : kParts) offer(part * way);
+    if (bad)  // towards each neighbour, and away from it
+      for (const SampleTriangle& t : around_[place]) {
+        const Point to = position_of(scan_, samples_[t[1]]) - p;
+        offer(0.3 * to);
+        offer(-0.3 * to);
+      }
+    if (best.face == sample.face && best.weights == sample.weights) return false;
+    sample = best;
+    return true;
   }
 
   const Surface& scan_;
@@ -170,6 +192,7 @@ class Untangler {
   std::vector<std::uint32_t> movable_;               ///< samples near turned triangles
   std::vector<std::vector<SampleTriangle>> around_;  ///< [place] each begins with the sample
   std::vector<bool> fixed_;                          ///< on a border
+  std::uint64_t done_ = 0;                           ///< steps
 };
 
 }  // namespace

@@ -17,6 +17,7 @@ struct UntangleOptions {
   int rounds = 30;
   /// A sample wanders at most so far, in mean edges of its small triangles.
   double most_way = 2;
+  ProgressCallback progress = {};  ///< counts rounds, and what is before and after them
 };
 
 struct Untangled {
@@ -27,7 +28,8 @@ struct Untangled {
 /// Moves the corners of turned triangles, and their neighbours, along the faces of the scan. A
 /// sample moves only if the penalty of the triangles around it falls, so no triangle turns over to
 /// the worse in exchange. Samples on the border of the base mesh stay. `samples` are those of
-/// sample_scan(). One thread. Errors: kOutOfMemory. Pinned by tests/scans/untangle_test.cpp.
+/// sample_scan(). One thread. Errors: kOutOfMemory, kCancelled. Pinned by
+/// tests/scans/untangle_test.cpp.
 Untangled untangle(const Surface& scan, const BaseMesh& base, int level,
                    const UntangleOptions& options, std::vector<SurfacePoint>& samples);
 

@@ -331,15 +331,13 @@ std::uint64_t Repair::seam_vertices() const {
   return coinciding_vertices(positions_, on_border);
 }
 
-bool is_folded(const Surface& surface, FaceSide side) {
-  constexpr double kCosineOf175 = -0.9961946980917455;
+bool has_fold(const Surface& surface, FaceSide side) {
   const FaceSide beyond = surface.across[side.code];
   if (!beyond.exists()) return false;
   const auto normal_of = [&](FaceId face) {
     return area_vector(surface.corner(face, 0), surface.corner(face, 1), surface.corner(face, 2));
   };
-  const Point one = normal_of(side.face()), two = normal_of(beyond.face());
-  return dot(one, two) < kCosineOf175 * length(one) * length(two);
+  return is_folded(normal_of(side.face()), normal_of(beyond.face()));
 }
 
 }  // namespace
@@ -370,7 +368,7 @@ SurfaceFigures figures_of(const Surface& surface) {
   for (FaceId face = 0; face < surface.faces.size(); ++face)
     for (int at = 0; at < 3; ++at)
       if (const FaceSide side(face, at); side.code < surface.across[side.code].code)
-        figures.folded_edges += is_folded(surface, side) ? 1u : 0u;
+        figures.folded_edges += has_fold(surface, side) ? 1u : 0u;
   return figures;
 }
 

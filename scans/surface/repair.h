@@ -36,13 +36,19 @@ struct RepairList {
   bool is_clean() const;
 };
 
+/// Whether two faces that have an edge in common fold over it: more than 150 degrees are between
+/// their area vectors. A face without area has no fold.
+inline bool is_folded(Point one, Point two) {
+  constexpr double kCosineOf150 = -0.86602540378443865;
+  return dot(one, two) < kCosineOf150 * length(one) * length(two);
+}
+
 /// Counts of a surface.
 struct SurfaceFigures {
   std::uint64_t vertices = 0, edges = 0, faces = 0;
   std::uint64_t components = 0, borders = 0, border_edges = 0;
-  std::int64_t euler_number = 0;  ///< vertices - edges + faces
-  /// Edges whose two faces lie on each other: more than 175 degrees between their normals.
-  std::uint64_t folded_edges = 0;
+  std::int64_t euler_number = 0;   ///< vertices - edges + faces
+  std::uint64_t folded_edges = 0;  ///< is_folded()
 };
 /// O(F).
 SurfaceFigures figures_of(const Surface& surface);

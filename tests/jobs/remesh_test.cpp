@@ -112,7 +112,7 @@ TEST_CASE("Remesh_EveryShape_KeepsItsTopologyAndStaysNear") {
     const Store store = files.open();
     CHECK(store.finest_level() == 3);
     CHECK(report.vertices == counts_at_level(store.base(), 3).vertices);
-    CHECK(store.has_attribute("turned") == (report.turned > 0));
+    CHECK(store.has_attribute("turned"));
   }
 }
 
@@ -146,6 +146,28 @@ TEST_CASE("Remesh_ExportedStore_ComesBackWithinAHundredthOfItsEdges") {
   CHECK(report.turned == 0);
   CHECK(report.to_store.rms < 0.01 * report.mean_edge);
   CHECK(report.to_scan.rms < 0.01 * report.mean_edge);
+}
+
+TEST_CASE("Remesh_PartsOfTheScanThatAreLost_AreAWarningWithPlaceAndRemedy") {
+  const RemeshFiles files;
+  std::vector<std::string> warnings;
+  const JobWatch watch{.warn = [&](const std::string& what) { warnings.push_back(what); }};
+  IndexedMesh fins = sheet(60, 60);
+  for (Vector3<double>& p : fins.positions)
+    p.z = std::abs(p.x - 20) < 1.5 && std::abs(p.y - 30) < 1.5 ? 25 : 0;
+  write_ply(files.scan, fins);
+  const RemeshReport report = files.run(files.request(8, 1), watch);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Catch::Contains("more than 3 mean edges away") &&
+                              Catch::Contains("--faces 32") && !Catch::Contains("--levels"));
+  REQUIRE(!report.to_store.far_places.empty());
+  const FarPlace& place = report.to_store.far_places[0];
+  CHECK(place.distance == Approx(report.to_store.max));
+  CHECK(std::abs(place.at.x - 20) < 3);
+  CHECK(std::abs(place.at.y - 30) < 3);
+  warnings.clear();
+  CHECK(files.run(files.request(400, 3), watch).to_store.far_share == 0);
+  CHECK(warnings.empty());
 }
 
 TEST_CASE("Remesh_AttributesOfTheScan_AreInterpolatedAtItsPoints") {
@@ -420,6 +442,12 @@ TEST_CASE("Remesh_WhatCannotBe_IsRefusedAndLeavesNothing") {
   refused([](RemeshRequest& r) { r.levels = 12, r.faces = 80; }, ErrorCode::kOutOfMemory,
           "of memory");
   refused([](RemeshRequest& r) { r.scan = "missing.ply"; }, ErrorCode::kNotFound, "missing.ply");
+  // A tetrahedron has no fewer faces.
+  write_ply(files.scan, side_by_side({torus_grid(12, 12), tetrahedron(), tetrahedron(),
+                                      tetrahedron(), sheet(4, 4)}));
+  for (const char* words : {"expected a base mesh of 12 faces, found ", "take --faces ",
+                            "of its 5 components", "of its 1 borders"})
+    refused([](RemeshRequest& r) { r.faces = 12; }, ErrorCode::kInvalidArgument, words);
   // A Moebius strip.
   write_ply(files.scan, {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}},
                          {{0, 2, 1}, {1, 2, 3}, {2, 4, 3}, {3, 4, 5}, {4, 1, 5}, {5, 1, 0}}});

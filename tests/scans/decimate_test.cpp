@@ -115,6 +115,23 @@ TEST_CASE("Decimate_Bumps_DoNotLockTheBaseMesh") {
   }
 }
 
+TEST_CASE("Decimate_NoiseAndNeedlesOfTheScan_ReachTheFaces") {
+  IndexedMesh noisy = torus_grid(80, 60);
+  std::mt19937 random(3);
+  const double edge = mean_edge_of({noisy.positions, noisy.faces});
+  std::normal_distribution<double> noise(0, 0.6 * edge);
+  for (Point& p : noisy.positions) p = p + Point{noise(random), noise(random), noise(random)};
+  IndexedMesh needles = sheet(200, 20);
+  for (Point& p : needles.positions) p = {0.0002 * p.x, p.y, 0.01 * std::sin(0.3 * p.y)};
+  for (const IndexedMesh& mesh : {noisy, needles}) {
+    const Surface scan = surface_of(mesh);
+    const Decimated result = decimate(scan, {.faces = 96});
+    CHECK(result.faces.size() <= 97);
+    CHECK(topology_of(figures_of_faces(result.positions, result.faces)) ==
+          topology_of(figures_of(scan)));
+  }
+}
+
 TEST_CASE("Decimate_TooFewFaces_StopsAndSaysWhatKeptThem") {
   const Surface scan = surface_of(torus_grid(20, 20));
   const Decimated result = decimate(scan, {.faces = 4});  // a torus has 14 faces or more

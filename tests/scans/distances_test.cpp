@@ -50,6 +50,37 @@ TEST_CASE("Distances_Progress_IsToldOftenAndCancelsAtOnce") {
       }).code() == ErrorCode::kCancelled);
 }
 
+TEST_CASE("Distances_FarSamples_AreOfTheirPlaces") {
+  // Two squares above a large one, another size and height each, and one that is on it.
+  IndexedMesh from;
+  const auto add = [&](double side, double x, double z) {
+    const auto first = static_cast<VertexId>(from.positions.size());
+    for (const Point& p : square(side, z).positions) from.positions.push_back({p.x + x, p.y, p.z});
+    for (const auto& [a, b, c] : square(side, z).faces)
+      from.faces.push_back({a + first, b + first, c + first});
+  };
+  add(1, 0, 10);
+  add(2, 50, 5);
+  add(3, 80, 0);
+  const IndexedMesh to = square(200, 0);
+  const Distances found =
+      measure_distances({from.positions, from.faces}, TriangleTree(to.positions, to.faces),
+                        {to.positions, to.faces}, {.samples = 14000, .far = 3});
+  CHECK(found.far_share == Approx(5.0 / 14).epsilon(0.01));
+  REQUIRE(found.far_places.size() == 2);
+  CHECK(found.far_places[0].distance == Approx(10));
+  CHECK(found.far_places[0].share == Approx(1.0 / 14).epsilon(0.01));
+  CHECK(found.far_places[1].distance == Approx(5));
+  CHECK(found.far_places[1].share == Approx(4.0 / 14).epsilon(0.01));
+  for (std::size_t place = 0; place < 2; ++place) {
+    const Point at = found.far_places[place].at;
+    CHECK(at.z == Approx(place == 0 ? 10 : 5));
+    CHECK(at.x >= (place == 0 ? 0 : 50));
+    CHECK(at.x <= (place == 0 ? 1 : 52));
+  }
+  CHECK(distances(from, to).far_places.empty());
+}
+
 TEST_CASE("TriangleTree_ManyFaces_CanBeCancelledWhileItIsBuilt") {
   IndexedMesh mesh;
   for (int i = 0; i < 30000; ++i)

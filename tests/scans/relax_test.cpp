@@ -11,6 +11,7 @@
 
 #include "collapse/decimate.h"
 #include "distance/distances.h"
+#include "sample/exact_faces.h"
 #include "sample/turned.h"
 #include "support/error_of.h"
 #include "support/test_meshes.h"
@@ -210,7 +211,10 @@ TEST_CASE("Relax_EveryMesh_TurnsNoTriangleOverAndKeepsBorders") {
       RelaxCase sampled(mesh, 60, level);
       const std::vector<SurfacePoint> before = sampled.samples;
       const std::uint64_t turned = count_turned(sampled.scan, sampled.base, level, sampled.samples);
-      const std::uint64_t moved = sampled.relax();
+      const TriangleTree tree(sampled.scan.positions, sampled.scan.faces);
+      const std::vector<std::uint8_t> exact =
+          exact_faces(sampled.scan, tree, sampled.base, level, sampled.samples);
+      const std::uint64_t moved = sampled.relax({.still_faces = exact});
       CHECK(count_turned(sampled.scan, sampled.base, level, sampled.samples) <= turned);
       std::vector<bool> border(before.size(), false);
       const Topology topology = sampled.base.topology();
@@ -308,6 +312,49 @@ TEST_CASE("Relax_CancelledByItsCaller_IsAnError") {
           relax(sampled.scan, sampled.base, 2, {.progress = [](const Progress&) { return false; }},
                 sampled.samples);
         }).code() == ErrorCode::kCancelled);
+}
+
+TEST_CASE("ExactFaces_OfASheetThatIsFlatOnOneSide_AreThoseOfThatSideAndStay") {
+  IndexedMesh mesh = sheet(40, 40);
+  for (Point& p : mesh.positions) p.z = p.x > 20 ? 0.5 * std::sin(p.x - 20) * std::sin(p.y) : 0;
+  RelaxCase sampled(mesh, 40);
+  const TriangleTree tree(sampled.scan.positions, sampled.scan.faces);
+  const std::vector<std::uint8_t> exact =
+      exact_faces(sampled.scan, tree, sampled.base, sampled.level, sampled.samples);
+  for (FaceId face = 0; face < sampled.base.face_count(); ++face) {
+    double most = 0;
+    for (const VertexId vertex : sampled.base.faces()[face])
+      most = std::max(most, sampled.base.positions()[vertex].x);
+    CHECK(exact[face] == (most <= 20 ? 1 : 0));
+  }
+  const auto before = sampled.samples;
+  CHECK(sampled.relax({.still_faces = exact}) > 0);
+  for (std::size_t sample = 0; sample < before.size(); ++sample)
+    if (position_of(sampled.scan, before[sample]).x <= 20)
+      CHECK(sampled.samples[sample].weights == before[sample].weights);
+  sampled.samples = before;
+  sampled.relax();
+  std::size_t moved = 0;
+  for (std::size_t sample = 0; sample < before.size(); ++sample)
+    if (position_of(sampled.scan, before[sample]).x <= 20)
+      moved += sampled.samples[sample].weights != before[sample].weights ? 1u : 0u;
+  CHECK(moved > 0);
+}
+
+TEST_CASE("Relax_Progress_IsToldWithinARound") {
+  RelaxCase sampled(torus_grid(40, 40), 100, 3);
+  std::uint64_t calls = 0, before = 0, falls = 0;
+  const auto count = [&](const Progress& now) {
+    ++calls;
+    falls += now.done < before || now.done > now.total;
+    before = now.done;
+    return calls < 40;
+  };
+  CHECK(error_of([&] {
+          sampled.relax({.rounds = 1, .full_rounds = 1, .progress = count});
+        }).code() == ErrorCode::kCancelled);
+  CHECK(falls == 0);
+  CHECK(before > 0);
 }
 
 }  // namespace plait::test

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collapse/collapse_history.h"
+#include "sample/folds.h"
 #include "sample/walk.h"
 #include "support/test_meshes.h"
 #include "surface/repair.h"
@@ -73,6 +74,32 @@ TEST_CASE("WeighTurnedFaces_Again_MultipliesTheWeightsThere") {
       if (far ? weights[vertex] != 1 : weights[vertex] != 1 && weights[vertex] != expected) ++wrong;
     }
     CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("CountFolds_SmallTrianglesInFacesAndAcrossTheirSides_AreThoseOfTheMesh") {
+  for (const IndexedMesh& coarse : {octahedron(), annulus(5), sheet(3, 2)}) {
+    const BaseMesh base = BaseMesh::build(coarse);
+    for (const int level : {1, 2, 3}) {
+      const SampleNumbers numbers(base, level);
+      IndexedMesh small;
+      std::uint32_t state = 5;
+      for (std::uint64_t sample = 0; sample < numbers.count(); ++sample) {
+        Point& p = small.positions.emplace_back();
+        for (int axis = 0; axis < 3; ++axis) {
+          state = state * 1664525 + 1013904223;
+          p[axis] = static_cast<double>(state >> 16);
+        }
+      }
+      for (FaceId face = 0; face < base.face_count(); ++face)
+        numbers.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+          small.faces.push_back(
+              {static_cast<VertexId>(a), static_cast<VertexId>(b), static_cast<VertexId>(c)});
+        });
+      const std::uint64_t expected = figures_of(repair(small, {}, "small").surface).folded_edges;
+      CHECK(expected > 0);
+      CHECK(count_folds(base, level, small.positions) == expected);
+    }
   }
 }
 

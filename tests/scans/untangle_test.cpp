@@ -3,8 +3,10 @@
 #include <catch2/catch.hpp>
 
 #include "collapse/decimate.h"
+#include "plait/error.h"
 #include "sample/turned.h"
 #include "sample/walk.h"
+#include "support/error_of.h"
 #include "support/test_meshes.h"
 #include "surface/repair.h"
 
@@ -62,6 +64,29 @@ TEST_CASE("Untangle_SampleBeyondItsNeighbours_ComesBackWithinTheCap") {
   CHECK(result.moved >= 1);
   CHECK(count_turned(sampled.scan, sampled.base, 2, sampled.samples) == 0);
   CHECK(length(position_of(sampled.scan, sampled.samples[sample]) - moved) < 2 * length(edge));
+}
+
+TEST_CASE("Untangle_CancelledInEachOfItsSteps_IsAnError") {
+  Sampled sampled(2);
+  const auto face = static_cast<FaceId>(sampled.scan.faces.size() / 2 + 10);
+  SurfacePoint& sample = sampled.samples[SampleNumbers(sampled.base, 2).of(face, 1, 1)];
+  sample = walk(sampled.scan, sample,
+                0.4 * (sampled.scan.corner(face, 1) - sampled.scan.corner(face, 0)));
+  std::vector<std::uint64_t> steps;
+  const auto listed = [&](const Progress& now) {
+    if (steps.empty() || steps.back() != now.done) steps.push_back(now.done);
+    return true;
+  };
+  auto samples = sampled.samples;
+  untangle(sampled.scan, sampled.base, 2, {.progress = listed}, samples);
+  CHECK(steps.size() >= 5);
+  for (const std::uint64_t step : steps) {
+    samples = sampled.samples;
+    CHECK(error_of([&] {
+            untangle(sampled.scan, sampled.base, 2,
+                     {.progress = [&](const Progress& now) { return now.done < step; }}, samples);
+          }).code() == ErrorCode::kCancelled);
+  }
 }
 
 }  // namespace plait::test

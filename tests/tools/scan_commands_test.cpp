@@ -73,7 +73,7 @@ TEST_CASE("Check_FoldedMesh_SaysHowManyEdgesAndWhatThatMeans") {
   here.write("mesh.ply",
              {{{0, 0, 0}, {0, 1, 0}, {1, 0.5, 0}, {1, 0.5, 0.01}}, {{1, 0, 2}, {0, 1, 3}}});
   const Outcome outcome = here.plait({"check", "mesh.ply"});
-  CHECK_THAT(outcome.output, Catch::Matchers::Contains("between their normals: 1\n") &&
+  CHECK_THAT(outcome.output, Catch::Matchers::Contains("folded over 150 degrees: 1\n") &&
                                  Catch::Matchers::Contains("--no-foldover"));
   CHECK(here.plait({"check", "mesh.ply", "--json"}).json()["repaired"]["folded_edges"] == 1);
 }
