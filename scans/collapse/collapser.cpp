@@ -21,8 +21,19 @@ void Collapser::shape_patch(const Patch& patch, PatchShape& shape) const {
     shape.now = shape.kept;
     return;
   }
+  shape.anchor = Anchor::kNone;
+  if (patch.border_edge && state_.corners[patch.kept] + state_.corners[patch.gone] > 0) {
+    const bool at_kept = state_.corners[patch.kept] != 0;
+    shape.anchor = at_kept ? Anchor::kKept : Anchor::kGone;
+    shape.now = at_kept ? shape.kept : shape.gone;
+    return;
+  }
   const Point middle = 0.5 * (shape.kept + shape.gone);
   shape.now = (state_.quadrics[patch.kept] + state_.quadrics[patch.gone]).minimum(middle);
+}
+
+bool Collapser::keeps_corners(const Patch& patch) const {
+  return !patch.border_edge || state_.corners[patch.kept] + state_.corners[patch.gone] < 2;
 }
 
 bool Collapser::fan_fits(const Patch& patch, const PatchShape& shape) {
@@ -62,7 +73,7 @@ bool Collapser::fan_fits(const Patch& patch, const PatchShape& shape) {
 
 void Collapser::offer(FaceSide edge) {
   if (!is_inside(edge)) return;
-  if (!state_.mesh.gather(edge, patch_)) {
+  if (!state_.mesh.gather(edge, patch_) || !keeps_corners(patch_)) {
     ++refused_.by_topology;
     return;
   }
@@ -121,7 +132,7 @@ void Collapser::share_area(const Patch& patch) {
 }
 
 std::uint64_t Collapser::try_collapse(FaceSide edge) {
-  if (!state_.mesh.gather(edge, patch_)) return 0;
+  if (!state_.mesh.gather(edge, patch_) || !keeps_corners(patch_)) return 0;
   shape_patch(patch_, shape_);
   if (!fan_fits(patch_, shape_)) return 0;
   const auto plane = lay_out(patch_, shape_);
@@ -130,6 +141,7 @@ std::uint64_t Collapser::try_collapse(FaceSide edge) {
   share_area(patch_);
   state_.mesh.collapse(patch_);
   state_.positions[patch_.kept] = shape_.now;
+  if (patch_.border_edge) state_.corners[patch_.kept] |= state_.corners[patch_.gone];
   state_.quadrics[patch_.kept] = state_.quadrics[patch_.kept] + state_.quadrics[patch_.gone];
   ++state_.stamps[patch_.kept];
 

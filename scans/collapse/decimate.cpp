@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/threads.h"
+#include "collapse/border_corners.h"
 #include "collapse/collapser.h"
 #include "collapse/tiles.h"
 #include "plait/error.h"
@@ -52,6 +53,7 @@ class Decimator {
       : state_(scan), options_(options), first_faces_(scan.faces.size()) {
     normalise(scan);
     add_quadrics();
+    state_.corners = border_corners(scan);
   }
 
   void run() {

@@ -51,7 +51,7 @@ struct Decimated {
 /// weighted by area, at the best place of the new vertex; times the square of the stretch: the area
 /// of scan that the new faces carry over their own; and larger for thin faces and many of them.
 /// Borders have planes of their own, at right angles to their faces. A vertex on the border stays
-/// on it.
+/// on it, and corners of borders stay where they are (border_corners.h).
 ///
 /// Edges inside of tiles collapse first, until ten times as many faces are left as asked for, on
 /// all threads of the present arena. Then all edges do, on one thread, and faces may turn further

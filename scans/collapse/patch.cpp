@@ -100,8 +100,12 @@ void place_on_border(const Patch& patch, const PatchShape& shape, PatchPlane& pl
   const double first = plane.ring[0].x, width = double{plane.ring[last].x} - first;
   const double a = length(shape.gone - shape.ring[0]), b = length(shape.kept - shape.gone),
                c = length(shape.ring[last] - shape.kept);
-  plane.gone = {static_cast<float>(first + width * a / (a + b + c)), 0};
-  plane.kept = {static_cast<float>(first + width * (a + b) / (a + b + c)), 0};
+  // The new vertex is at the origin.
+  double gone = first + width * a / (a + b + c), kept = first + width * (a + b) / (a + b + c);
+  if (shape.anchor == Anchor::kKept) gone = first * b / (a + b), kept = 0;
+  if (shape.anchor == Anchor::kGone) kept = (first + width) * b / (b + c), gone = 0;
+  plane.gone = {static_cast<float>(gone), 0};
+  plane.kept = {static_cast<float>(kept), 0};
 }
 
 bool place_inside(const Patch& patch, const PatchShape& shape, Weights kind, PatchPlane& plane) {

@@ -53,10 +53,14 @@ struct PatchPlane {
   PlanePoint kept{}, gone{};
 };
 
+/// Which of the old vertices has the place of the new one.
+enum class Anchor : std::uint8_t { kNone, kKept, kGone };
+
 /// Positions in space of a patch before and after the collapse.
 struct PatchShape {
   std::array<Point, kMaxFan + 1> ring{};
   Point kept{}, gone{}, now{};
+  Anchor anchor = Anchor::kNone;  ///< of a border edge
 };
 
 /// Lays the fan out as a cone: angles at the new vertex are scaled so that their sum is a full

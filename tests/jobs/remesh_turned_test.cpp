@@ -161,6 +161,17 @@ TEST_CASE("Remesh_BaseMeshThatIsTheScan_IsExactAndNothingMoves") {
   }
 }
 
+TEST_CASE("Remesh_Plane_IsExactToItsCorners") {
+  const RemeshFiles files;
+  write_ply(files.scan, flat_sheet(40, 30));
+  RemeshRequest request = files.request(24, 3);
+  request.precision = ComponentType::kFloat64;
+  const RemeshReport report = files.run(request);
+  CHECK(report.exact_faces == report.base.faces);
+  CHECK(report.to_store.max < 1e-13 * report.diagonal);
+  CHECK(report.to_scan.max < 1e-13 * report.diagonal);
+}
+
 TEST_CASE("Remesh_NoTurnedFacesAsked_AreGoneAfterOtherBaseMeshes") {
   const RemeshFiles files;
   write_ply(files.scan, finned_sheet());

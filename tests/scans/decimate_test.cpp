@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "collapse/border_corners.h"
 #include "collapse/collapsing_mesh.h"
 #include "distance/distances.h"
 #include "plait/error.h"
@@ -245,17 +246,43 @@ TEST_CASE("Decimate_CancelledByItsCaller_IsAnError") {
   CHECK(error_of([&] { decimate(scan, options); }).code() == ErrorCode::kCancelled);
 }
 
-TEST_CASE("Decimate_BorderOfFlatSquare_StaysOnTheSquare") {
-  IndexedMesh flat = sheet(24, 24);
+TEST_CASE("Decimate_CornersOfABorder_AreBaseVertices") {
+  IndexedMesh flat = sheet(24, 16);
   for (Point& p : flat.positions) p.z = 0;
-  const Decimated result = decimate(surface_of(flat), {.faces = 40});
-  double area = 0;
-  for (const auto& [a, b, c] : result.faces)
-    area += area_vector(result.positions[a], result.positions[b], result.positions[c]).z / 2;
-  double before = 0;
-  for (const auto& [a, b, c] : flat.faces)
-    before += area_vector(flat.positions[a], flat.positions[b], flat.positions[c]).z / 2;
-  CHECK(area == Approx(before).epsilon(0.02));
+  // A triangle is out of the middle: a border with three corners of its own.
+  flat.faces.erase(flat.faces.begin() + 401);
+  const Surface scan = surface_of(flat);
+  const std::vector<std::uint8_t> corners = border_corners(scan);
+  CHECK(std::count(corners.begin(), corners.end(), 1) == 7);
+  for (const std::uint64_t faces : {100u, 40u, 12u, 2u}) {
+    const Decimated result = decimate(scan, {.faces = faces});
+    std::vector<Point> positions = result.positions;
+    for (FaceId face = 0; face < result.faces.size(); ++face)
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        SurfacePoint point{result.scan_faces[face], {}};
+        point.weights[corner] = 1;
+        positions[result.faces[face][corner]] =
+            position_of(scan, result.history.follow_back(point));
+      }
+    double area = 0;
+    for (const auto& [a, b, c] : result.faces)
+      area += area_vector(positions[a], positions[b], positions[c]).z / 2;
+    CHECK(area == Approx(24 * 16 - 0.5).epsilon(1e-12));
+    for (VertexId vertex = 0; vertex < corners.size(); ++vertex)
+      if (corners[vertex] != 0)
+        CHECK(std::ranges::any_of(
+            positions, [&](const Point& p) { return length(p - scan.positions[vertex]) == 0; }));
+  }
+}
+
+TEST_CASE("BorderCorners_OfJaggedBorders_AreNone") {
+  // As those that a scanner leaves: they turn by all angles.
+  IndexedMesh mesh = sheet(60, 40);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> shift(-0.3, 0.3);
+  for (Point& p : mesh.positions) p = p + Point{shift(random), shift(random), 0};
+  const std::vector<std::uint8_t> corners = border_corners(surface_of(mesh));
+  CHECK(std::count(corners.begin(), corners.end(), 1) == 0);
 }
 
 }  // namespace plait::test
