@@ -42,6 +42,7 @@ plait_status plait_parts_make(const char* plan_path, uint32_t part,
     how.again = wanted.again != 0;
     how.progress = progress_by(wanted.progress, wanted.user);
     how.kernel = kernel_by(wanted.kernel, wanted.kernel_user);
+    if (wanted.store != nullptr) how.store = wanted.store;
     plait::make_part(plan_path, part, how, known_backends());
   });
 }

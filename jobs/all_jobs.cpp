@@ -10,6 +10,7 @@ const std::vector<Job>& all_jobs() {
     made.push_back(plan_job());
     made.push_back(part_job());
     made.push_back(join_job());
+    made.push_back(status_job());
     made.push_back(import_job());
     made.push_back(remesh_job());
     made.push_back(check_job());

@@ -37,6 +37,7 @@ void add_convert_command(CommandLine& program, CommandContext& context);
 /// pass, and displace, which is pass under another name.
 void add_pass_commands(CommandLine& program, CommandContext& context);
 void add_join_command(CommandLine& program, CommandContext& context);
+void add_status_command(CommandLine& program, CommandContext& context);
 void add_layout_command(CommandLine& program, CommandContext& context);
 void add_paper_command(CommandLine& program, CommandContext& context);
 void add_part_command(CommandLine& program, CommandContext& context);

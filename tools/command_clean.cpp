@@ -2,9 +2,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chrono>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +22,7 @@
 #include "plait/error.h"
 #include "plait/extend/directory.h"
 #include "store/left_overs.h"
+#include "store/old_versions.h"
 #include "store/store_directory.h"
 
 namespace plait {
@@ -27,7 +31,20 @@ namespace {
 struct CleanArguments {
   std::filesystem::path directory;
   bool dry_run = false;
+  std::string keep = "24h";
 };
+
+/// "24h", "90min", "7d" or "0s".
+std::chrono::seconds duration_in(const std::string& text) {
+  const std::size_t unit_at = text.find_first_not_of("0123456789");
+  const std::string unit = unit_at == std::string::npos ? "" : text.substr(unit_at);
+  const std::map<std::string, int> seconds = {{"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}};
+  if (unit_at == 0 || unit_at > 9 || !seconds.contains(unit))
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("clean: --keep {}: expected a time such as 24h, 90min, 7d or 0s", text));
+  return std::chrono::seconds(std::stoll(text.substr(0, unit_at)) * seconds.at(unit));
+}
 
 struct Cleaned {
   LeftOver left_over;
@@ -87,8 +104,17 @@ std::vector<Cleaned> clean_stores(const Directory& directory, bool dry_run) {
 }
 
 int run_clean(const CleanArguments& arguments, const CommandContext& context) {
+  const std::chrono::seconds keep = duration_in(arguments.keep);
   const Directory directory(arguments.directory);
   int status = kExitDone;
+  std::optional<RemovedVersions> old;
+  try {
+    if (is_store(directory))
+      old = remove_versions_replaced_before(directory, keep, arguments.dry_run);
+  } catch (const Error& error) {  // a writer has the store, or it is damaged
+    report_warning(error.what());
+    status = kExitFailed;
+  }
   std::vector<Cleaned> all = clean_measurements(arguments);
   std::uint64_t removed_bytes = 0, removed_count = 0;
   for (const std::vector<Cleaned>& found : {clean_directory(directory, {}, "", arguments.dry_run),
@@ -111,15 +137,23 @@ int run_clean(const CleanArguments& arguments, const CommandContext& context) {
                       {"in_use", cleaned.left_over.in_use},
                       {"removed", cleaned.removed && !arguments.dry_run},
                       {"foreign", cleaned.left_over.foreign}});
-    const nlohmann::ordered_json report = {{"directory", arguments.directory.string()},
-                                           {"dry_run", arguments.dry_run},
-                                           {"left_over", list},
-                                           {"count", removed_count},
-                                           {"bytes", removed_bytes}};
+    nlohmann::ordered_json report = {{"directory", arguments.directory.string()},
+                                     {"dry_run", arguments.dry_run},
+                                     {"left_over", list},
+                                     {"count", removed_count},
+                                     {"bytes", removed_bytes}};
+    if (old)
+      report["old_versions"] = {
+          {"files", old->files}, {"bytes", old->bytes}, {"versions_kept", old->versions_kept}};
     print(json_text(report));
     return status;
   }
   std::string text;
+  if (old)
+    text += fmt::format(
+        "{}: {} files of old versions {}, {}; {} old versions may be read and stay\n",
+        arguments.directory.native(), old->files, arguments.dry_run ? "can be removed" : "removed",
+        format_bytes(old->bytes), old->versions_kept);
   for (const Cleaned& cleaned : all) text += cleaned_text(cleaned, arguments.dry_run);
   print(text + fmt::format("{}: {} of killed runs {}, {}\n", arguments.directory.native(),
                            removed_count, arguments.dry_run ? "can be removed" : "removed",
@@ -135,11 +169,14 @@ void add_clean_command(CommandLine& program, CommandContext& context) {
       program.add_subcommand("clean", "Remove files that killed runs left in a directory");
   command->add_option("DIR", arguments->directory, "The directory of the outputs")->required();
   command->add_flag("--dry-run", arguments->dry_run, "List the files, but remove nothing");
+  command->add_option("--keep", arguments->keep,
+                      "Of a store: how long readers on other machines keep a version that was "
+                      "replaced; default 24h");
   add_json_option(*command, context);
   command->footer(
-      "plait makes an output in a directory NAME.partial-HOST-START-RANDOM; repair works inside "
-      "the\n"
-      "store, in STORE/scratch.repair-... If a run is killed, these directories stay. The next run "
+      "plait makes an output in a directory NAME.partial-HOST-START-PROCESS.RANDOM; repair works\n"
+      "inside the store, in STORE/scratch.repair-... If a run is killed, these directories stay. "
+      "The next run "
       "of\n"
       "this host with the same output, or the next writer of the store, removes them; those of "
       "other\n"
@@ -152,9 +189,15 @@ void add_clean_command(CommandLine& program, CommandContext& context) {
       "if\n"
       "a file of plait's cannot be removed.\n"
       "\n"
+      "If DIR is a store, the command also removes files of old versions. Commits do that where "
+      "the\n"
+      "locks of readers are seen. On a file system of a network the files stay, and this command\n"
+      "removes those of versions that were replaced longer ago than --keep.\n"
+      "\n"
       "Examples:\n"
       "  plait clean . --dry-run\n"
       "  plait clean /scratch/surfaces\n"
+      "  plait clean statue.plait --keep 7d\n"
       "  plait clean . --json");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] { return run_clean(*arguments, context); };

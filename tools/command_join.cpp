@@ -15,10 +15,12 @@ namespace plait {
 namespace {
 
 std::string join_text(const nlohmann::ordered_json& report) {
-  return fmt::format("{}: version {}{}, {:.2f} s\n{}\n", report["store"].get<std::string>(),
-                     report["version"].get<std::uint64_t>(),
-                     report["was_joined"].get<bool>() ? " was joined before" : "",
-                     report["seconds"].get<double>(), report["digest"].get<std::string>());
+  const std::string text =
+      fmt::format("{}: version {}{}, {:.2f} s\n", report["store"].get<std::string>(),
+                  report["version"].get<std::uint64_t>(),
+                  report["was_joined"].get<bool>() ? " was joined before" : "",
+                  report["seconds"].get<double>());
+  return report.contains("digest") ? text + report["digest"].get<std::string>() + "\n" : text;
 }
 
 /// The parts that are missing or damaged, as an array job takes them.
@@ -47,6 +49,12 @@ void add_join_command(CommandLine& program, CommandContext& context) {
        "\n"
        "If parts are missing or damaged, the command prints them as a list for an array job, such\n"
        "as 3,17-19, and its exit status is 4. The last line is otherwise the digest of OUTPUT.\n"
+       "\n"
+       "If OUTPUT is the store of PLAN already, the command changes nothing, but replaces files "
+       "of\n"
+       "OUTPUT that are damaged by those of parts that were made again; then not all parts must "
+       "be\n"
+       "in PLAN, and the digest is only printed with --verify.\n"
        "\n"
        "Examples:\n"
        "  plait join molecule.plan molecule.plait\n"

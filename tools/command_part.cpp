@@ -32,8 +32,12 @@ void add_part_command(CommandLine& program, CommandContext& context) {
        "it;\n"
        "passes of a program of your own are made by that program (plait/extend/parts.h).\n"
        "\n"
+       "If the scratch memory of all threads does not fit --memory, a part of a subdivision takes\n"
+       "fewer, and says so.\n"
+       "\n"
        "Examples:\n"
        "  plait part molecule.plan 0\n"
+       "  plait part statue.plan \"$SLURM_ARRAY_TASK_ID\" --list lost\n"
        "  plait part statue.plan \"$SLURM_ARRAY_TASK_ID\" --offset 1000",
        part_text});
 }

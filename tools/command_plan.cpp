@@ -53,6 +53,10 @@ std::string plan_text(const Json& report) {
     const auto number = worst["part"].get<std::size_t>();
     text += "the worst: " + part_line(number, parts[number]);
   }
+  if (report.contains("memory"))
+    text += fmt::format("each part: --memory {}, about {} of memory, with one thread\n",
+                        format_bytes(report["memory"]["budget_bytes"].get<std::uint64_t>()),
+                        format_bytes(report["memory"]["total_bytes"].get<std::uint64_t>()));
   double faces = 0;
   for (const Json& part : parts) faces += part["faces"].get<double>();
   return text + fmt::format(
@@ -84,7 +88,13 @@ void add_plan_command(CommandLine& program, CommandContext& context) {
        "one after another. smooth and noise replace the positions. normals makes or replaces the\n"
        "normals; no other pass does.\n"
        "\n"
+       "With --of, INPUT is a store that plait join has made. The plan is that of its subdivision\n"
+       "again: make the parts whose shards are damaged, and join PLAN into the store.\n"
+       "\n"
+       "The script of --sbatch asks for the memory and the time of the worst part.\n"
+       "\n"
        "Examples:\n"
+       "  plait plan --of molecule.plait again.plan\n"
        "  plait plan --pass smooth --factor 0.3 molecule.plait smooth1.plan\n"
        "  plait plan --pass normals molecule.plait normals.plan --sbatch normals.sh\n"
        "  plait plan molecule.ply molecule.plan --levels 5 --normals --parts 4\n"

@@ -101,6 +101,7 @@ int run_program(int argument_count, char** arguments) {
   add_plan_command(program, context);
   add_part_command(program, context);
   add_join_command(program, context);
+  add_status_command(program, context);
   add_import_command(program, context);
   add_check_command(program, context);
   add_remesh_command(program, context);

@@ -824,13 +824,14 @@ typedef struct plait_part_options {
   int32_t again;            /* 1: make the part even if it is done */
   plait_pass_kernel kernel; /* of the program's own pass; else NULL */
   void* kernel_user;
+  const char* store; /* of a pass: where this machine sees its store; NULL: as in the plan */
 } plait_part_options;
 #define PLAIT_PART_OPTIONS_INIT \
-  { sizeof(plait_part_options), 0, NULL, NULL, 1, 0, NULL, NULL }
+  { sizeof(plait_part_options), 0, NULL, NULL, 1, 0, NULL, NULL, NULL }
 /* Makes part 0, 1, ... of a plan, unless it is done. `options` may be NULL. Errors:
  * INVALID_ARGUMENT, NOT_FOUND, CORRUPTION, NOT_SUPPORTED (a plan of another version of plait),
  * CANCELLED, BUDGET, IO, NO_SPACE; for a pass also BAD_STATE if the store has another version than
- * the plan, and that of the kernel. */
+ * the plan, or is a copy that went its own way, and that of the kernel. */
 PLAIT_API plait_status plait_parts_make(const char* plan_path, uint32_t part,
                                         const plait_part_options* options);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -9,6 +10,8 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <fstream>
 #include <limits>
 #include <random>
@@ -140,6 +143,48 @@ OwnMachine find_own_machine() {
 const OwnMachine& own_machine() {
   static const OwnMachine machine = find_own_machine();
   return machine;
+}
+
+namespace {
+
+/// 0 if it is not known.
+std::uint64_t process_namespace() noexcept {
+  struct stat status {};
+  return ::stat("/proc/self/ns/pid", &status) == 0 ? status.st_ino : 0;
+}
+
+}  // namespace
+
+std::string new_maker_name() {
+  const OwnMachine& own = own_machine();
+  return fmt::format("{}-{}-{:x}.{:x}.{}{}", own.host, own.start, process_namespace(), ::getpid(),
+                     random_hex(), random_hex());
+}
+
+std::optional<Maker> read_maker(std::string_view name) {
+  const std::size_t after_host = name.find('-');
+  if (after_host == std::string_view::npos) return std::nullopt;
+  const std::size_t after_start = name.find('-', after_host + 1);
+  if (after_start == std::string_view::npos || after_start + 1 == name.size()) return std::nullopt;
+  Maker maker;
+  maker.host = name.substr(0, after_host);
+  maker.start = name.substr(after_host + 1, after_start - after_host - 1);
+  if (const std::size_t dot = name.rfind('.'); dot != std::string_view::npos && dot > after_start)
+    maker.process = name.substr(after_start + 1, dot - after_start - 1);
+  return maker;
+}
+
+bool has_ended(std::string_view process) noexcept {
+  const std::size_t dot = process.find('.');
+  if (dot == std::string_view::npos) return false;
+  std::uint64_t space = 0;
+  pid_t number = 0;
+  const char* const end = process.data() + process.size();
+  if (std::from_chars(process.data(), process.data() + dot, space, 16).ec != std::errc() ||
+      std::from_chars(process.data() + dot + 1, end, number, 16).ec != std::errc())
+    return false;
+  return space != 0 && space == process_namespace() && number > 0 && ::kill(number, 0) != 0 &&
+         errno == ESRCH;
 }
 
 std::string random_hex() {

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "plait/detail/namespace.h"
 #include "plait/extend/file.h"
@@ -54,5 +56,18 @@ const OwnMachine& own_machine();
 
 /// 8 hexadecimal digits.
 std::string random_hex();
+
+/// Who makes something, as names of unfinished work tell it.
+struct Maker {
+  std::string_view host, start;  ///< OwnMachine; both may be empty
+  std::string_view process;      ///< has_ended(); may be empty
+};
+/// "HOST-START-PROCESS.RANDOM", which names this process, and no other name.
+std::string new_maker_name();
+/// Nothing for other texts. The result refers to `name`.
+std::optional<Maker> read_maker(std::string_view name);
+/// Whether a process of this machine is known to have ended: its number, with that of the namespace
+/// of process numbers (of a container), is that of no process. False for other machines' processes.
+bool has_ended(std::string_view process) noexcept;
 
 PLAIT_END_NAMESPACE

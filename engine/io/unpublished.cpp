@@ -116,22 +116,26 @@ std::optional<UnfinishedNameParts> read_unfinished_name(std::string_view name) {
   }
   if (parts.stem.empty()) return std::nullopt;
   if (is_digits(machine)) return parts;
-  const std::size_t after_host = machine.find('-');
-  if (after_host == std::string_view::npos) return std::nullopt;
-  const std::size_t after_start = machine.find('-', after_host + 1);
-  if (after_start == std::string_view::npos || after_start + 1 == machine.size())
-    return std::nullopt;
-  parts.host = machine.substr(0, after_host);
-  parts.start = machine.substr(after_host + 1, after_start - after_host - 1);
+  const std::optional<Maker> maker = read_maker(machine);
+  if (!maker) return std::nullopt;
+  static_cast<Maker&>(parts) = *maker;
   return parts;
+}
+
+bool may_be_in_use(const Directory& directory, const Maker& maker) {
+  const LockResult lock = try_lock(directory, true);
+  const OwnMachine& own = own_machine();
+  if (lock == LockResult::kConflict || (!maker.host.empty() && maker.host != own.host)) return true;
+  if (lock == LockResult::kTaken && locks_are_seen_by_all(directory.descriptor())) return false;
+  return maker.start != own.start || !has_ended(maker.process);
 }
 
 UnfinishedName::UnfinishedName(const std::filesystem::path& final_path, std::string kind)
     : output_(final_path), kind_(std::move(kind)) {}
 
 std::string UnfinishedName::stem_of(const std::string& final_name) const {
-  // ".complete-HOST-START-RANDOM" has at most 70 bytes.
-  constexpr std::size_t kRoom = 80, kUsualLimit = 255;
+  // ".complete-HOST-START-PROCESS.RANDOM" has at most 92 bytes.
+  constexpr std::size_t kRoom = 96, kUsualLimit = 255;
   const long limit = ::fpathconf(parent().descriptor(), _PC_NAME_MAX);
   const std::size_t most = limit > 0 ? static_cast<std::size_t>(limit) : kUsualLimit;
   if (final_name.size() + kRoom <= most || most <= kRoom) return final_name;
@@ -144,9 +148,7 @@ std::string UnfinishedName::stem_of(const std::string& final_name) const {
 }
 
 const std::string& UnfinishedName::next() {
-  do
-    name_ = fmt::format("{}.{}-{}-{}-{}{}", stem_of(final_name()), kind_, own_machine().host,
-                        own_machine().start, random_hex(), random_hex());
+  do name_ = fmt::format("{}.{}-{}", stem_of(final_name()), kind_, new_maker_name());
   while (parent().contains(name_));
   return name_;
 }

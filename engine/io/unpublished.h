@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/machine.h"
 #include "io/process.h"
 #include "plait/detail/namespace.h"
 #include "plait/error.h"
@@ -41,18 +42,22 @@ void sync_name(const Directory& parent, const std::filesystem::path& path);
 Directory make_locked_directory(const std::function<std::filesystem::path()>& next, bool exclusive);
 
 /// An unfinished name, read.
-struct UnfinishedNameParts {
+struct UnfinishedNameParts : Maker {
   std::string_view stem;  ///< see UnfinishedName::stem_of()
   std::string_view kind;
-  std::string_view host, start;  ///< OwnMachine; both may be empty
 };
 /// Nothing for other names.
 std::optional<UnfinishedNameParts> read_unfinished_name(std::string_view name);
 
-/// The unfinished name NAME.KIND-HOST-START-RANDOM of a directory for an output with the final name
-/// NAME. The process that makes the directory locks it (flock), and the lock ends with the process.
-/// So if a directory with the name of this machine is not locked, the process that made it was
-/// killed. store/left_overs.h finds these, and asks them for a proof that plait made them.
+/// Whether a process may still work in a directory whose name tells its maker: one of another
+/// machine, one that has its lock (flock), or, where a lock may be seen by one mount only or there
+/// are none, any that is not known to have ended. Takes the lock if that is free.
+bool may_be_in_use(const Directory& directory, const Maker& maker);
+
+/// The unfinished name NAME.KIND-HOST-START-PROCESS.RANDOM of a directory for an output with the
+/// final name NAME. The process that makes the directory locks it (flock), and the lock ends with
+/// the process. So a directory that may not be in use any more was left by a killed process.
+/// store/left_overs.h finds these, and asks them for a proof that plait made them.
 class UnfinishedName {
  public:
   /// `kind` is "partial", "repair", "replaced" or "complete". Errors: as OutputName.

@@ -12,7 +12,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Of a part of a store in shards: the process that made it can make it again.
 inline constexpr char kMakeShardAgain[] =
-    "make the shard again with plait part --again, and join the plan again";
+    "make the shard again with plait part --again, and join the plan again; plait plan --of STORE "
+    "makes a plan that is gone";
 
 /// Rebuilds each damaged file of the check if its new content has the checksums that manifest and
 /// block tables record, and enters it into the report as rebuilt or lost. Puts it in place of the

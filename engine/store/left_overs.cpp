@@ -10,8 +10,6 @@
 
 #include "base/text.h"
 #include "format/file_names.h"
-#include "io/locks.h"
-#include "io/machine.h"
 #include "io/made_mark.h"
 #include "io/unpublished.h"
 #include "plait/error.h"
@@ -21,15 +19,6 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-/// Whether a process may still work on a directory with this name: one that has its lock, or one of
-/// another machine, whose locks this one may not see. Where there are no locks, nobody knows.
-bool may_be_in_use(const Directory& directory, const UnfinishedNameParts& name) {
-  if (try_lock(directory, true) != LockResult::kTaken) return true;
-  const OwnMachine& own = own_machine();
-  if (!name.host.empty() && name.host != own.host) return true;
-  return name.start != own.start && !locks_are_seen_by_all(directory.descriptor());
-}
 
 struct stat status_of(const Directory& directory, const std::string& name) {
   struct stat status {};

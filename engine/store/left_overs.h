@@ -1,7 +1,8 @@
 // store/left_overs.h: finds and removes directories that killed runs of this machine left under
 // unfinished names (io/unpublished.h). A process locks the directory that it makes (flock), and the
-// lock ends with the process. So an unlocked one with the name of this machine is left over, if it
-// also proves that plait made it: names alone are no reason to remove anything.
+// lock ends with the process. So an unlocked one with the name of this machine is left over
+// (may_be_in_use()), if it also proves that plait made it: names alone are no reason to remove
+// anything.
 #pragma once
 
 #include <cstdint>

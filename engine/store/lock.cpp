@@ -139,6 +139,20 @@ void StoreLock::sign() {
   file_.write_at(0, std::as_bytes(std::span(text)));
 }
 
+std::optional<std::string> missing_protection(const StoreLock& lock, const Directory& store) {
+  if (!lock.protects())
+    return fmt::format(
+        "{}: its file system has no locks (flock): nothing keeps a second writer out, and files of "
+        "old versions stay, because a reader may need them",
+        store.path().native());
+  if (!locks_are_seen_by_all(store.descriptor()))
+    return fmt::format(
+        "{}: another machine may not see the locks of its file system: write it from one machine "
+        "at a time; files of old versions stay, because a reader may need them",
+        store.path().native());
+  return std::nullopt;
+}
+
 std::optional<std::string> why_unusable_lock(const Directory& store) {
   try {
     const File file(store, kLockName, OpenMode::kRead);

@@ -50,6 +50,10 @@ class StoreLock {
   bool protects_ = false;
 };
 
+/// What the lock of a writer does not protect, because the file system has no locks or may have
+/// some that another machine does not see: a line for the user. Nothing if it protects.
+std::optional<std::string> missing_protection(const StoreLock& lock, const Directory& store);
+
 /// Opens the file `name` of the store for an exclusive lock: for writing, because NFS locks no
 /// other file exclusively; for reading if the file may not be written. Errors: as File's
 /// constructor.

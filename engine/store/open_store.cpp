@@ -10,7 +10,6 @@
 #include "base/damage.h"
 #include "format/file_names.h"
 #include "io/control_groups.h"
-#include "io/locks.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/notices.h"
@@ -167,17 +166,7 @@ void Store::Implementation::tell(StoreEvent::Kind kind, const Stopwatch& watch) 
 }
 
 void Store::Implementation::note_missing_locks() {
-  if (!lock.protects())
-    notices.push_back(
-        fmt::format("{}: its file system has no locks (flock): nothing keeps a second writer out, "
-                    "and files of old versions stay, because a reader may need them",
-                    path.native()));
-  else if (!locks_are_seen_by_all(directory.descriptor()))
-    notices.push_back(
-        fmt::format("{}: another machine may not see the locks of its file system: write it from "
-                    "one machine at a time; files of old versions stay, because a reader may need "
-                    "them",
-                    path.native()));
+  if (const auto missing = missing_protection(lock, directory)) notices.push_back(*missing);
 }
 
 std::vector<std::string> notices(const Store& store) {

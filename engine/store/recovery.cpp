@@ -1,8 +1,12 @@
 #include "store/recovery.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <chrono>
+#include <ctime>
 #include <optional>
 #include <set>
 #include <string>
@@ -12,6 +16,7 @@
 #include "format/file_names.h"
 #include "io/locks.h"
 #include "plait/error.h"
+#include "store/old_versions.h"
 #include "store/store_directory.h"
 #include "store/stored_version.h"
 
@@ -176,10 +181,40 @@ void remove_uncommitted(const Directory& store) noexcept {
   }
 }
 
-std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
+namespace {
+
+struct stat file_status(const Directory& store, const std::string& name) {
+  struct stat status {};
+  ::fstatat(store.descriptor(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW);
+  return status;
+}
+
+/// Whether a version that may be read was replaced so long ago, and no lock on it is seen.
+bool is_given_up(const Directory& store, std::uint64_t version, std::uint64_t next,
+                 std::chrono::seconds age) {
+  const std::time_t replaced = file_status(store, version_file_name(next)).st_mtim.tv_sec;
+  if (replaced == 0 || std::time(nullptr) - replaced < age.count()) return false;
+  File file = open_to_exclude(store, version_file_name(version));
+  return try_lock(file, true) != LockResult::kConflict;
+}
+
+/// Calls remove(name) for each file that only old versions need, but those that may be read and
+/// are not given up after `age`. Returns the versions that keep their files.
+template <class Remove>
+std::vector<std::uint64_t> for_each_old_file(const Directory& store,
+                                             std::optional<std::chrono::seconds> age,
+                                             Remove remove) {
   const StoredVersion newest(store, open_newest_version(store));
   const Manifest& manifest = newest.manifest();
   std::vector<std::uint64_t> held = versions_being_read(store, manifest.sequence);
+  if (age) {
+    std::vector<std::uint64_t> kept;
+    for (std::size_t at = 0; at < held.size(); ++at)
+      if (!is_given_up(store, held[at], at + 1 < held.size() ? held[at + 1] : manifest.sequence,
+                       *age))
+        kept.push_back(held[at]);
+    held = kept;
+  }
   std::set<std::string> needed = newest.file_names();
   try {
     for (const std::uint64_t version : held)
@@ -195,12 +230,33 @@ std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
   for (const std::string& name : store.names()) {
     const bool is_of_a_slot = std::ranges::any_of(
         slots, [&](const Manifest& slot) { return is_of_version_alone(name, slot.sequence); });
-    if (is_version_file_name(name) && !needed.contains(name) && !is_of_a_slot)
-      store.remove_if_possible(name);
+    if (is_version_file_name(name) && !needed.contains(name) && !is_of_a_slot) remove(name);
     if ((is_bounds_file_name(name) && !bounds.contains(name)) || name == kNewBaseIndexName)
-      store.remove_if_possible(name);
+      remove(name);
   }
   return held;
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
+  return for_each_old_file(store, std::nullopt,
+                           [&](const std::string& name) { store.remove_if_possible(name); });
+}
+
+RemovedVersions remove_versions_replaced_before(const Directory& store, std::chrono::seconds age,
+                                                bool dry_run) {
+  const StoreLock lock = lock_for_writing(store, dry_run ? Durability::kNone : Durability::kCommit);
+  RemovedVersions removed;
+  const auto count = [&](const std::string& name) {
+    const auto blocks = static_cast<std::uint64_t>(file_status(store, name).st_blocks);
+    if (!dry_run) store.remove_if_possible(name);
+    if (!dry_run && store.contains(name)) return;
+    ++removed.files;
+    removed.bytes += 512 * blocks;
+  };
+  removed.versions_kept = for_each_old_file(store, age, count).size();
+  return removed;
 }
 
 PLAIT_END_NAMESPACE

@@ -14,6 +14,7 @@
 #include "store/memory_snapshot.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
+#include "store/store_uuid.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -29,6 +30,13 @@ const StoreOptions& Store::options() const { return state().options; }
 std::uint64_t Store::sequence() const { return state().sequence; }
 int Store::base_level() const { return state().provenance.base_level; }
 const Provenance& Store::provenance() const { return state().provenance; }
+
+void set_uuid(Store& store, const StoreUuid& uuid) {
+  Store::Implementation& state = StoreAccess::state(store);
+  if (state.sequence != 0 || !state.attributes.empty())
+    throw Error(ErrorCode::kBadState, "set the UUID of a store: it has one already");
+  state.uuid = uuid;
+}
 
 void StoreAccess::set_provenance(Store& store, const Provenance& provenance) {
   Store::Implementation& state = store.state();

@@ -14,6 +14,7 @@
 #include "plait/store_info.h"
 #include "store/attribute_levels.h"
 #include "store/new_output.h"
+#include "store/store_uuid.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -93,6 +94,7 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     result.from_stored_bytes = source.info().stored_bytes;
     result.from_backend = source.options().backend;
     Store copy = Store::create(path, source.base(), result.options, backends, source.provenance());
+    if (request.uuid) set_uuid(copy, *request.uuid);
     tell_notices(copy, watch.warn);
     const bool changes_later = static_cast<bool>(request.change);
     copy_levels(source, copy, begin_step(watch, changes_later ? "copy" : "convert"),

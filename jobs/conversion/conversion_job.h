@@ -12,6 +12,7 @@
 #include "plait/detail/namespace.h"
 #include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
+#include "plait/extend/block_table.h"
 #include "plait/extend/rounding.h"
 #include "plait/job.h"
 #include "plait/options.h"
@@ -38,6 +39,7 @@ struct ConversionRequest {
   /// Called before the commit: changes the copy, whose levels are all there. Not with `verify`.
   std::function<void(Store& copy)> change = {};
   const char* verb = "convert";           ///< begins messages
+  std::optional<StoreUuid> uuid = {};     ///< of the copy; nothing: a new one
   Existing existing = Existing::kRefuse;  ///< whether the copy may replace a store
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 #include "format/file_names.h"
@@ -138,15 +139,20 @@ std::vector<std::byte> encode_done_file(const PlanFile& plan, const DoneFile& do
   for (const std::uint64_t number : {done.tables_checksum, done.records_checksum, done.digest.high,
                                      done.digest.low, std::bit_cast<std::uint64_t>(done.seconds)})
     fields.put(number);
+  fields.put_text(done.host, kMostText, "the host");
+  fields.put_text(done.user, kMostText, "the user");
+  for (const std::uint64_t number :
+       {done.begun, std::bit_cast<std::uint64_t>(done.cpu_seconds), done.peak_memory_bytes})
+    fields.put(number);
   return seal(fields);
 }
 
-std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFile& plan,
-                                       std::uint32_t part) {
+namespace {
+
+DoneFile read_fields(const Directory& directory, const PlanFile& plan, std::uint32_t part,
+                     const File& file) {
   const std::string name = done_file_name(part);
-  const std::optional<File> file = open_if_present(directory, name, OpenMode::kRead);
-  if (!file) return std::nullopt;
-  SealedFile sealed(*file, {kDoneKind}, kMostDoneBytes);
+  SealedFile sealed(file, {kDoneKind}, kMostDoneBytes);
   FieldReader& fields = sealed.fields();
   DoneFile done;
   if (take_uuid(fields) != plan.plan.uuid ||
@@ -166,7 +172,7 @@ std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFil
   const std::vector<std::string> names =
       plan.plan.pass
           ? level_names(plan, part)
-          : level_names(plan, decode_description(done.description, 1, file->path()), part, fields);
+          : level_names(plan, decode_description(done.description, 1, file.path()), part, fields);
   const auto count = fields.take<std::uint32_t>("the number of files");
   fields.require(count == names.size(), "the number of files", count);
   for (const std::string& expected : names) {
@@ -176,17 +182,29 @@ std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFil
     level.bytes = fields.take<std::uint64_t>("the size of a file");
     done.levels.push_back(std::move(level));
   }
-  double* const seconds = &done.seconds;
   for (std::uint64_t* number :
        {&done.tables_checksum, &done.records_checksum, &done.digest.high, &done.digest.low})
     *number = fields.take<std::uint64_t>("a checksum");
-  *seconds = std::bit_cast<double>(fields.take<std::uint64_t>("the seconds"));
+  done.seconds = std::bit_cast<double>(fields.take<std::uint64_t>("the seconds"));
+  done.host = fields.take_text(kMostText, "the host");
+  done.user = fields.take_text(kMostText, "the user");
+  done.begun = fields.take<std::uint64_t>("the begin");
+  done.cpu_seconds = std::bit_cast<double>(fields.take<std::uint64_t>("the processor seconds"));
+  done.peak_memory_bytes = fields.take<std::uint64_t>("the memory");
+  for (const double seconds : {done.seconds, done.cpu_seconds})
+    fields.require(seconds >= 0 && std::isfinite(seconds), "the seconds", seconds);
+  return done;
+}
 
+/// Throws unless the files are there, with their sizes or checksums.
+void check_files_of(const Directory& directory, const PlanFile& plan, const DoneFile& done) {
+  const std::uint32_t part = done.part;
+  const std::string name = done_file_name(part);
   const Directory inside = open_part_directory(directory, name, done);
   for (const auto& level : done.levels) check_size(inside, level.name, level.bytes);
   const PlannedPart& planned = plan.plan.parts[part];
   // A block has one slot or more; a record at most three numbers of eight bytes.
-  const std::uint64_t levels = plan.plan.pass ? plan.of_pass.level_count : names.size();
+  const std::uint64_t levels = plan.plan.pass ? plan.of_pass.level_count : done.levels.size();
   const std::uint64_t record_bytes = plan.plan.pass ? plan.plan.pass->result.record_bytes()
                                                     : (plan.normals ? 2 : 1) * 3 * sizeof(double);
   check_content(inside, tables_file_name(plan.version(), part),
@@ -194,7 +212,33 @@ std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFil
                     (planned.edge_after - planned.first_edge) * levels * sizeof(BlockEntry),
                 done.tables_checksum);
   check_content(inside, kRecordsName, plan.vertex_count * record_bytes, done.records_checksum);
-  return done;
+}
+
+}  // namespace
+
+std::optional<DoneFile> read_done_file(const Directory& directory, const PlanFile& plan,
+                                       std::uint32_t part) {
+  const std::optional<File> file =
+      open_if_present(directory, done_file_name(part), OpenMode::kRead);
+  if (!file) return std::nullopt;
+  return read_fields(directory, plan, part, *file);
+}
+
+std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFile& plan,
+                                       std::uint32_t part) {
+  const std::string name = done_file_name(part);
+  for (int attempt = 1;; ++attempt) {
+    const std::optional<File> file = open_if_present(directory, name, OpenMode::kRead);
+    if (!file) return std::nullopt;
+    try {
+      DoneFile done = read_fields(directory, plan, part, *file);
+      check_files_of(directory, plan, done);
+      return done;
+    } catch (const Error&) {
+      // A process that makes the part again removes the files of the former one.
+      if (attempt == kMostReplacements || directory.contains(name, file->descriptor())) throw;
+    }
+  }
 }
 
 PLAIT_END_NAMESPACE

@@ -15,6 +15,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 inline constexpr char kRecordsName[] = "records";  ///< of the base vertices, in a part
+/// How often a reader of a part begins again because other processes make the part again.
+inline constexpr int kMostReplacements = 100;
 
 /// A complete part.
 struct DoneFile {
@@ -26,6 +28,11 @@ struct DoneFile {
   std::uint64_t tables_checksum = 0, records_checksum = 0;
   Digest digest;
   double seconds = 0;
+  // Who made it, for people.
+  std::string host, user;
+  std::uint64_t begun = 0;  ///< seconds since 1970, UTC
+  double cpu_seconds = 0;
+  std::uint64_t peak_memory_bytes = 0;
 };
 
 /// The checksum of an encoded description.
@@ -41,8 +48,13 @@ std::vector<std::byte> encode_done_file(const PlanFile& plan, const DoneFile& do
 
 /// The part if it is complete: done.I is of this plan and of this part, names the files that such a
 /// part has, and they are there with their sizes, the tables with their checksum. Follows no link.
-/// Nothing if there is no done.I. Errors: kCorruption, which says what is wrong; kIo.
+/// Nothing if there is no done.I. Reads a part again that is made again meanwhile. Errors:
+/// kCorruption, which says what is wrong; kIo.
 std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFile& plan,
+                                       std::uint32_t part);
+
+/// What done.I says, whatever there is of its files. Errors: as read_done_part().
+std::optional<DoneFile> read_done_file(const Directory& directory, const PlanFile& plan,
                                        std::uint32_t part);
 
 PLAIT_END_NAMESPACE

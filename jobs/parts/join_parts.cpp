@@ -14,6 +14,7 @@
 #include "parts/part_blocks.h"
 #include "parts/part_work.h"
 #include "parts/plan_file.h"
+#include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/parts.h"
 #include "plait/store.h"
@@ -74,6 +75,18 @@ class Join {
         }));
   }
 
+  /// Whether a part was made again since look_at_parts(): then its files were removed.
+  bool is_out_of_date() const {
+    return std::ranges::any_of(parts_, [&](const DoneFile& done) {
+      try {
+        const std::optional<DoneFile> now = read_done_part(directory_, plan_, done.part);
+        return now && now->directory != done.directory;
+      } catch (const Error&) {
+        return false;
+      }
+    });
+  }
+
   /// Reads every block of the parts that are there.
   void verify(const PartBlocks& blocks, JoinResult& result) const {
     for (const DoneFile& done : parts_) {
@@ -105,13 +118,18 @@ class Join {
   std::vector<DoneFile> parts_;
 };
 
-/// Reads every block of a store that an earlier join has made.
-void verify_joined(const JoinCall& call) {
+/// Reads every block of a store that an earlier join has made. Sets a digest that is not known.
+void verify_joined(const JoinCall& call, JoinResult& result) {
   OpenOptions open;
   open.budget_bytes = call.options.budget_bytes;
-  const Store store = Store::open(call.store, open, call.backends);
+  Store store = Store::open(call.store, open, call.backends);
   const VerifyReport report = verify(store, call.options.progress);
-  if (report.damaged_count == 0) return;
+  if (report.damaged_count == 0) {
+    DigestOptions how;
+    how.progress = call.options.progress;
+    if (result.digest.empty()) result.digest = digest(store, how).to_string();
+    return;
+  }
   const DamagedBlock& first = report.damaged.front();
   throw Error(ErrorCode::kCorruption,
               fmt::format("join {}: {} was joined before and has {} damaged blocks, the first in "
@@ -142,32 +160,56 @@ std::string JoinResult::again() const {
   return array_text(all);
 }
 
+namespace {
+
+JoinResult try_join(const Directory& directory, const PlanFile& plan, const JoinCall& call,
+                    Join& join) {
+  const JoinOptions& options = call.options;
+  const std::unique_ptr<PartWork> work = PartWork::of(directory, plan);
+  JoinResult result;
+  result.version = plan.version();
+  work->check(call);
+  join.look_at_parts(result, work->description());
+  if (options.verify && !work->is_joined() && !join.parts().empty())
+    join.verify(*work->blocks(call, join.parts()), result);
+  if (!result.bad.empty() && join.is_out_of_date())
+    throw Error(ErrorCode::kBusy,
+                fmt::format("join {}: other processes make parts again", call.plan.native()));
+  if (!work->needs_all_parts() && !result.missing.empty()) {
+    result.missing.clear();
+    result.digest.clear();
+  }
+  if (!result.missing.empty() || !result.bad.empty()) return result;
+  work->commit(call, join.parts(), result.digest,
+               [&](std::uint32_t part) { join.tell("files", part); });
+  if (options.verify && work->is_joined()) verify_joined(call, result);
+  if (const std::size_t others = join.other_directories(); others > 0 && options.warn)
+    options.warn(
+        fmt::format("{} also has directories of parts that were killed, or that still run on "
+                    "another machine: {}; the store does not need the plan any more",
+                    call.plan.native(), others));
+  result.has_store = true;
+  result.was_joined = work->is_joined();
+  return result;
+}
+
+}  // namespace
+
 JoinResult join_parts(const std::filesystem::path& path, const std::filesystem::path& store,
                       const JoinOptions& options, const BackendRegistry& backends) try {
   const Directory directory = open_plan_directory(path);
   const PlanFile plan = read_plan_file(directory);
   const JoinCall call{path, store, options, backends};
-  const std::unique_ptr<PartWork> work = PartWork::of(directory, plan);
-  JoinResult result;
-  result.version = plan.version();
-  Join join(directory, plan, call);
-  work->check(call);
-  join.look_at_parts(result, work->description());
-  if (options.verify && work->is_joined())
-    verify_joined(call);
-  else if (options.verify && !join.parts().empty())
-    join.verify(*work->blocks(call, join.parts()), result);
-  if (!result.missing.empty() || !result.bad.empty()) return result;
-  work->commit(call, join.parts(), result.digest,
-               [&](std::uint32_t part) { join.tell("files", part); });
-  if (const std::size_t others = join.other_directories(); others > 0 && options.warn)
-    options.warn(
-        fmt::format("{} also has directories of parts that were killed, or that still run on "
-                    "another machine: {}; the store does not need the plan any more",
-                    path.native(), others));
-  result.has_store = true;
-  result.was_joined = work->is_joined();
-  return result;
+  for (int attempt = 1;; ++attempt) {
+    Join join(directory, plan, call);
+    try {
+      return try_join(directory, plan, call, join);
+    } catch (const Error& error) {
+      if (attempt == kMostReplacements || error.code() == ErrorCode::kCancelled ||
+          !join.is_out_of_date())
+        throw;
+    }
+  }
 } catch (const std::bad_alloc&) {
   throw out_of_memory("join " + path.native());
 }

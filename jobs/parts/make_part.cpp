@@ -1,15 +1,21 @@
 #include <fmt/format.h>
+#include <pwd.h>
+#include <unistd.h>
 
+#include <array>
+#include <ctime>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/default_arithmetic.h"
 #include "base/stopwatch.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
-#include "io/locks.h"
+#include "io/machine.h"
+#include "io/unpublished.h"
 #include "parts/done_file.h"
 #include "parts/part_directory.h"
 #include "parts/part_work.h"
@@ -17,6 +23,7 @@
 #include "plait/error.h"
 #include "plait/extend/file.h"
 #include "plait/extend/parts.h"
+#include "process_figures.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -27,6 +34,20 @@ void write_synced(const Directory& directory, const std::string& name,
   file.write_at(0, bytes);
   file.sync();
   file.close();
+}
+
+/// Letters, digits and a few signs; the number of a user without a name.
+std::string user_name() {
+  const uid_t number = ::geteuid();
+  std::array<char, 4096> buffer{};
+  passwd entry{};
+  passwd* found = nullptr;
+  std::string name = std::to_string(number);
+  if (::getpwuid_r(number, &entry, buffer.data(), buffer.size(), &found) == 0 && found != nullptr)
+    name = entry.pw_name;
+  for (char& c : name)
+    if (!is_in_directory_names(c)) c = '_';
+  return name;
 }
 
 /// The part if it is complete, whatever is wrong with it otherwise.
@@ -45,11 +66,13 @@ std::optional<DoneFile> find_done(const Directory& directory, const PlanFile& pl
 /// Removes what killed processes of this machine have left of a part.
 void remove_left_overs(const Directory& directory, const PlanFile& plan, std::uint32_t part) {
   const std::string prefix = own_prefix(part);
+  const std::size_t after_part = part_prefix(part).size();
   for (const std::string& name : directory.names()) {
     if (!name.starts_with(prefix)) continue;
     try {
       const Directory left(directory, name);
-      if (try_lock(left, true) != LockResult::kTaken) continue;
+      const std::optional<Maker> maker = read_maker(std::string_view(name).substr(after_part));
+      if (!maker || may_be_in_use(left, *maker)) continue;
       // A process that ended in the meantime has given done.I its name before it gave up the lock.
       const std::optional<DoneFile> done = find_done(directory, plan, part);
       if (!done || done->directory != name) PartDirectory::remove(directory, name);
@@ -77,6 +100,8 @@ bool publish(const PartDirectory& made, const Directory& plan_directory, const P
 PartResult make_part(const std::filesystem::path& path, std::uint32_t part,
                      const PartOptions& options, const BackendRegistry& backends) try {
   const Stopwatch clock;
+  const double cpu_before = cpu_seconds();
+  const auto begun = static_cast<std::uint64_t>(std::time(nullptr));
   const DefaultArithmetic arithmetic;
   const Directory plan_directory = open_plan_directory(path);
   const PlanFile plan = read_plan_file(plan_directory);
@@ -89,6 +114,10 @@ PartResult make_part(const std::filesystem::path& path, std::uint32_t part,
                 fmt::format("make part {} of {}: plait {} made the plan, and this is plait {}: all "
                             "parts need the same",
                             part, path.native(), plan.plan.program, program_version()));
+  if (!options.store.empty() && !plan.plan.pass)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("make part {} of {}: only a part of a pass reads a store", part,
+                            path.native()));
   const auto result_of = [&](const DoneFile& done, bool was_done) {
     PartResult result{was_done, done.digest.to_string(), 0, done.seconds};
     for (const auto& level : done.levels) result.bytes += level.bytes;
@@ -117,6 +146,11 @@ PartResult make_part(const std::filesystem::path& path, std::uint32_t part,
   done.tables_checksum = checksum_of(content.tables);
   done.records_checksum = checksum_of(content.base_records);
   done.seconds = clock.seconds();
+  done.host = own_machine().host;
+  done.user = user_name();
+  done.begun = begun;
+  done.cpu_seconds = cpu_seconds() - cpu_before;
+  done.peak_memory_bytes = peak_rss_bytes();
   if (publish(made, plan_directory, plan, done, options.again)) {
     made.keep();
     plan_directory.sync();

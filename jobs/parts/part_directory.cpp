@@ -18,7 +18,7 @@ std::string own_prefix(std::uint32_t part) {
 PartDirectory::PartDirectory(const Directory& plan, std::uint32_t part) : plan_(plan) {
   made_ = make_locked_directory(
       [&] {
-        name_ = own_prefix(part) + random_hex() + random_hex();
+        name_ = part_prefix(part) + new_maker_name();
         return plan.path_of(name_);
       },
       true);

@@ -8,5 +8,6 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 Job plan_job();
 Job part_job();
 Job join_job();
+Job status_job();
 
 PLAIT_END_NAMESPACE

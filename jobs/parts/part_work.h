@@ -18,6 +18,7 @@
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/directory.h"
 #include "plait/extend/parts.h"
+#include "plait/needs.h"
 #include "store/parts/part_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -51,16 +52,22 @@ class PartWork {
                                const PartOptions& options,
                                const BackendRegistry& backends) const = 0;
 
+  /// The memory that one thread needs for compute(), as PlannedSubdivision::needs(). `directory` is
+  /// empty, and stays so. Nothing is known of passes.
+  virtual Needs needs(std::uint32_t, const Directory&, const BackendRegistry&) const { return {}; }
+
   // A join, step by step. Errors: those of join_parts().
 
   /// Whether the parts can become `call.store`. Holds the lock of a store that they change.
   virtual void check(const JoinCall& call) = 0;
   /// Whether check() found that `call.store` has what the parts make: a join that ran before.
   virtual bool is_joined() const = 0;
+  /// Whether commit() needs all parts.
+  virtual bool needs_all_parts() const { return true; }
   /// What the done files of all parts have as description; empty: they only have the same one.
   virtual std::span<const std::byte> description() const { return {}; }
-  /// The blocks that the parts make. The work must outlive them. REQUIRES: at least one part;
-  /// !is_joined().
+  /// The blocks that the parts make. The work must outlive them. REQUIRES: at least one part; for a
+  /// pass, !is_joined().
   virtual std::unique_ptr<PartBlocks> blocks(const JoinCall& call,
                                              const std::vector<DoneFile>& parts) = 0;
   /// Makes the store of all parts, which add up to `digest`. `tell` is called with the number of

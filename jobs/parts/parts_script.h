@@ -4,25 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "io/unpublished.h"
 #include "plait/detail/namespace.h"
+#include "plait/extend/parts.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// A script for sbatch. An array has at most `longest` tasks. With more parts, the script is given
-/// several times, each time with another --offset, as its head says. The constructor writes it
-/// under a temporary name, and the destructor removes it if it was not published.
-class SbatchScript {
- public:
-  /// Errors: kInvalidArgument if the file exists; kNotFound if its directory does not; kIo,
-  /// kNoSpace.
-  SbatchScript(const std::filesystem::path& script, const std::filesystem::path& plan,
-               std::uint32_t parts, std::uint32_t longest);
-  /// Errors: those of UnpublishedFile::publish().
-  void publish() { file_.publish(); }
-
- private:
-  UnpublishedFile file_;
-};
+/// Writes a script for sbatch, which asks for the memory and the time of the worst part. An array
+/// has at most `longest` tasks. With more parts, the script is given several times, each time with
+/// another --offset, as its head says. Errors: those of UnpublishedFile.
+void write_sbatch_script(const std::filesystem::path& script, const std::filesystem::path& path,
+                         const PartsPlan& plan, std::uint32_t longest);
 
 PLAIT_END_NAMESPACE

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "parts/part_work.h"
 #include "parts/pass_result.h"
 #include "plait/error.h"
+#include "plait/extend/file.h"
 #include "plait/extend/store_access.h"
 #include "store/lock.h"
 #include "store/recovery.h"
@@ -33,8 +35,8 @@ std::uint32_t level_count_of(const VersionDescription& description) {
 
 /// Throws unless the plan's pass reads this version: then the plan's counts and cuts are those of
 /// the store. Returns the description of the next version, as version_after(). `path` is that of
-/// the plan. Errors: kBadState for another store and another version; kCorruption for a plan that
-/// says other things than the store.
+/// the plan. Errors: kBadState for another store, another version and a copy that went its own way;
+/// kCorruption for a plan that says other things than the store.
 VersionDescription check_pass_fits(const PlanFile& plan, const StoredVersion& version,
                                    const std::filesystem::path& path) {
   const PlannedPass& planned = *plan.plan.pass;
@@ -49,6 +51,13 @@ VersionDescription check_pass_fits(const PlanFile& plan, const StoredVersion& ve
                 fmt::format("pass {}: expected version {} of the store, found version {}: the plan "
                             "is done or out of date, make a new one",
                             path.native(), planned.version, manifest.sequence));
+  if (manifest.version_checksum != planned.version_checksum)
+    throw Error(
+        ErrorCode::kBadState,
+        fmt::format("pass {}: expected version {} with checksum {:016x}, found a version {} "
+                    "with checksum {:016x}: a copy of the store that went its own way",
+                    path.native(), planned.version, planned.version_checksum, manifest.sequence,
+                    manifest.version_checksum));
   const VersionDescription& description = version.description();
   const auto require = [&](std::string_view what, const auto& expected, const auto& found) {
     if (expected != found)
@@ -139,6 +148,7 @@ class PassWork : public PartWork {
 ComputedPart PassWork::compute(std::uint32_t part, const Directory& directory,
                                const PartOptions& options, const BackendRegistry& backends) const {
   const PlannedPass& planned = *plan_.plan.pass;
+  const std::filesystem::path& path = options.store.empty() ? planned.store : options.store;
   ComputedPart computed;
   const Stopwatch clock;
   PartOfVersion of;
@@ -150,7 +160,16 @@ ComputedPart PassWork::compute(std::uint32_t part, const Directory& directory,
   OpenOptions open;
   open.budget_bytes = options.budget_bytes;
   open.parallel_for = options.parallel_for;
-  Store store = open_part_store(planned.store, of, open, backends);
+  Store store = [&] {
+    try {
+      return open_part_store(path, of, open, backends);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kNotFound || !options.store.empty()) throw;
+      throw Error(error.code(),
+                  fmt::format("{}; plait part --store names another path to it", error.what()))
+          .about(path);
+    }
+  }();
   computed.begin_seconds = clock.seconds();
   Pass pass = planned.pass;
   pass.kernel = options.kernel;
@@ -178,6 +197,8 @@ void PassWork::check(const JoinCall& call) {
                             "convert makes one in one piece",
                             call.plan.native()));
   joined_.emplace(call, plan_);
+  const auto missing = missing_protection(joined_->lock, joined_->store);
+  if (missing && !is_joined() && call.options.warn) call.options.warn(*missing);
 }
 
 std::unique_ptr<PartBlocks> PassWork::blocks(const JoinCall& call, const std::vector<DoneFile>&) {
@@ -207,18 +228,20 @@ void PassWork::commit(const JoinCall& call, const std::vector<DoneFile>& parts, 
   for (const FaceAttributeRecord& attribute : joined_->next.face_attributes)
     faces.push_back(version.read_face_records(attribute));
   VersionDescription description = joined_->next;
-  // A join that was killed may have left some of these names.
-  const auto give_name = [&](const Directory& inside, const std::string& name) {
-    store.remove(name);
-    link_or_copy(inside, name, store);
-  };
+  std::map<std::string, std::uint64_t> expected;
   for (const DoneFile& done : parts) {
     tell(done.part);
     const Directory inside(directory_, done.directory);
-    for (const auto& level : done.levels) give_name(inside, level.name);
-    give_name(inside, tables_file_name(plan_.version(), done.part));
+    for (const auto& level : done.levels) {
+      give_name(inside, level.name, store);
+      expected[level.name] = level.bytes;
+    }
+    const std::string tables = tables_file_name(plan_.version(), done.part);
+    give_name(inside, tables, store);
+    expected[tables] = File(inside, tables, OpenMode::kRead).size();
     description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
   }
+  check_files(store, expected, "join " + call.plan.native());
   publish_version(
       store, joined_->lock, plan_.plan.uuid, plan_.version(),
       {std::move(description), {records.begin(), records.end()}, {faces.begin(), faces.end()}},

@@ -25,6 +25,7 @@ void put_pass(FieldWriter& fields, const PlannedPass& planned, const PassVersion
   const Pass& pass = planned.pass;
   fields.put_utf8(planned.store.native(), kMostText, "the path of the store");
   fields.put(planned.version);
+  fields.put(planned.version_checksum);
   fields.put_text(pass.name, kMostText, "the pass");
   fields.put_text(pass.parameters, kMostText, "the parameters of the pass");
   for (const double number : {pass.factor, pass.amplitude, pass.diagonal.value_or(0)})
@@ -45,6 +46,7 @@ PlannedPass take_pass(FieldReader& fields, PassVersion& version) {
   planned.version = fields.take<std::uint64_t>("the version");
   fields.require(planned.version >= 1 && planned.version < kMaxSequence, "the version",
                  planned.version);
+  planned.version_checksum = fields.take<std::uint64_t>("the checksum of the version");
   pass.name = fields.take_text(kMostText, "the pass");
   pass.parameters = fields.take_text(kMostText, "the parameters of the pass");
   for (double* number : {&pass.factor, &pass.amplitude})

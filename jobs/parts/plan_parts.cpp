@@ -11,6 +11,8 @@
 #include "mesh/narrowing.h"
 #include "parts/calibrate.h"
 #include "parts/cuts.h"
+#include "parts/part_work.h"
+#include "parts/plan_figures.h"
 #include "parts/plan_file.h"
 #include "plait/error.h"
 #include "plait/extend/fused.h"
@@ -18,6 +20,7 @@
 #include "plait/extend/provenance.h"
 #include "plait/mesh_io.h"
 #include "schemes/table.h"
+#include "store/left_overs.h"
 #include "store/new_output.h"
 #include "store/store_checks.h"
 
@@ -49,6 +52,13 @@ std::string pipeline_text(const PartsRequest& request, const RegisteredBackend& 
   return pipelines.to_text();
 }
 
+/// Of a vertex, of all attributes.
+std::size_t bytes_of_records(const PlanFile& file) {
+  const std::size_t normal = AttributeSchema{"normal", ComponentType::kFloat32, 3}.record_bytes();
+  return AttributeSchema{"position", file.precision, 3}.record_bytes() +
+         (file.normals ? normal : 0);
+}
+
 void check_request(const PartsRequest& request) {
   if (request.scheme.own() != nullptr)
     throw Error(ErrorCode::kNotSupported,
@@ -62,6 +72,43 @@ void check_request(const PartsRequest& request) {
 }
 
 }  // namespace
+
+PartCost cost_of_subdivision(const PlanFile& file) {
+  PartCost cost;
+  cost.levels = file.plan.levels - file.plan.base_level;
+  cost.ns_per_record = kNsPerByte * static_cast<double>(bytes_of_records(file));
+  cost.ns_per_point = file.normals ? kNsPerPointWithNormals : kNsPerPoint;
+  return cost;
+}
+
+void add_figures(PlanFile& file, const BaseMesh& mesh, const std::vector<EdgeId>& starts) {
+  PartsPlan& plan = file.plan;
+  const PartCost cost = cost_of_subdivision(file);
+  plan.parts = figures_of_parts(mesh.topology(), starts, cost);
+  for (PlannedPart& part : plan.parts) part.bytes = part.records * bytes_of_records(file);
+  const std::uint64_t attributes = file.normals ? 2 : 1;
+  plan.files = plan.parts.size() * (attributes * static_cast<std::uint64_t>(cost.levels) + 1) +
+               attributes + 4;  // and base records, base.mesh, version, manifest, lock
+  if (wants_index({}, mesh)) ++plan.files;
+}
+
+PartMemory memory_of_parts(const Directory& plan_directory, const PlanFile& file,
+                           const std::filesystem::path& final_path,
+                           const BackendRegistry& backends) {
+  constexpr std::uint64_t kMiB = 1u << 20, kOfProgram = 64 * kMiB, kOfFace = 160;
+  const auto whole = [](std::uint64_t bytes) { return (bytes + kMiB - 1) / kMiB * kMiB; };
+  const auto worst = std::ranges::max_element(file.plan.parts, {}, &PlannedPart::bytes);
+  UnpublishedDirectory directory(final_path, "partial", MadeProof::kMark, remove_made_files);
+  const Needs needs = PartWork::of(plan_directory, file)
+                          ->needs(static_cast<std::uint32_t>(worst - file.plan.parts.begin()),
+                                  directory.directory(), backends);
+  PartMemory memory;
+  // Parts differ a little; a backend keeps up to a quarter for itself.
+  memory.budget_bytes = std::max(StoreOptions().budget_bytes,
+                                 whole((4 * needs.frames / 3 + needs.resident) * 11 / 10));
+  memory.total_bytes = whole(memory.budget_bytes + kOfProgram + kOfFace * file.face_count);
+  return memory;
+}
 
 PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backends) try {
   const DefaultArithmetic arithmetic;
@@ -111,20 +158,9 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   file.limit = request.limit;
   file.block_bytes = request.block_bytes;
 
-  const std::size_t record_bytes =
-      position.record_bytes() + (request.normals ? normal.record_bytes() : 0);
-  PartCost cost;
-  cost.levels = over_base;
-  cost.ns_per_record = kNsPerByte * static_cast<double>(record_bytes);
-  cost.ns_per_point = request.normals ? kNsPerPointWithNormals : kNsPerPoint;
-  plan.parts =
-      figures_of_parts(mesh.topology(), cut_edges(mesh.topology(), request.parts, cost), cost);
-  for (PlannedPart& part : plan.parts) part.bytes = part.records * record_bytes;
-  const std::uint64_t attributes = request.normals ? 2 : 1;
-  plan.files = plan.parts.size() * (attributes * static_cast<std::uint64_t>(over_base) + 1) +
-               attributes + 4;  // and base records, base.mesh, version, manifest, lock
+  const PartCost cost = cost_of_subdivision(file);
+  add_figures(file, mesh, cut_edges(mesh.topology(), request.parts, cost));
   const bool has_index = wants_index({}, mesh);
-  plan.files += has_index ? 1 : 0;
 
   if (request.before_files) request.before_files();
   make_new_directory(
@@ -138,6 +174,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
                                        OutputName(request.plan).path, request.progress, backends);
           for (PlannedPart& part : plan.parts) part.seconds = seconds_of(part, cost, *plan.rates);
         }
+        plan.memory = memory_of_parts(directory, file, OutputName(request.plan).path, backends);
         write_plan_file(directory, file);
       });
   return plan;

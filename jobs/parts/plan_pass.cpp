@@ -56,6 +56,7 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
   PlannedPass& planned = plan.pass.emplace();
   planned.store = absolute_path(request.store).lexically_normal();
   planned.version = version.manifest().sequence;
+  planned.version_checksum = version.manifest().version_checksum;
   planned.pass = request.pass;
   planned.pass.kernel = {};
   const VersionDescription next = version_after(at, request.pass, file.version(), plan.program);

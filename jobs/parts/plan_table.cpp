@@ -16,6 +16,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 struct PlanArguments : PartsRequest {
+  bool of = false;
   std::optional<int> level;
   std::optional<std::uint32_t> part_count;
   std::vector<std::string> compress;
@@ -36,17 +37,28 @@ void check_kind(const PlanArguments& arguments, const JobOptions& options) {
       if (is_given(options, name))
         throw JobError(ErrorCode::kInvalidArgument, fmt::format("plan: {}", reason), name);
   };
+  const auto refuse_options_of_subdivision = [&](const char* reason) {
+    refuse_any({"levels", "parts", "scheme", "precision", "normals", "limit", "layout", "compress",
+                "block", "max-slot", "calibrate"},
+               reason);
+  };
+  const auto refuse_options_of_pass = [&](const char* reason) {
+    refuse_any(
+        {"factor", "amplitude", "seed", "diagonal", "result", "parameters", "memory", "threads"},
+        reason);
+  };
+  if (arguments.of) {
+    refuse_options_of_subdivision("a plan that is made again has the options of its store");
+    refuse_options_of_pass("a plan that is made again has the options of its store");
+    return refuse_any({"pass"}, "a plan that is made again is that of a subdivision");
+  }
   if (arguments.pass_name)
-    return refuse_any({"levels", "parts", "scheme", "precision", "normals", "limit", "layout",
-                       "compress", "block", "max-slot", "calibrate"},
-                      "a pass has the levels, shards and blocks of its store");
+    return refuse_options_of_subdivision("a pass has the levels, shards and blocks of its store");
   for (const char* const name : {"levels", "parts"})
     if (!is_given(options, name))
       throw JobError(ErrorCode::kInvalidArgument,
                      fmt::format("plan: expected the option {}, found none", name), name);
-  refuse_any(
-      {"factor", "amplitude", "seed", "diagonal", "result", "parameters", "memory", "threads"},
-      "this is an option of a pass");
+  refuse_options_of_pass("this is an option of a pass");
 }
 
 /// "folded,float32,1".
@@ -75,12 +87,6 @@ void remove_plan_unless(const std::filesystem::path& plan, const Step& succeeds)
 }
 
 PartsPlan make_plan(PlanArguments& arguments, const JobCall& call) {
-  std::optional<SbatchScript> script;
-  const auto make_script = [&](std::size_t parts) {
-    if (!arguments.sbatch.empty())
-      script.emplace(arguments.sbatch, arguments.plan, static_cast<std::uint32_t>(parts),
-                     arguments.longest_array);
-  };
   if (!arguments.sbatch.empty()) UnpublishedFile::check(arguments.sbatch, Existing::kRefuse);
   PartsPlan plan;
   if (arguments.pass_name) {
@@ -91,21 +97,22 @@ PartsPlan make_plan(PlanArguments& arguments, const JobCall& call) {
     request.progress = call.watch.progress;
     request.before_files = call.watch.before_files;
     plan = plan_pass(request, call.backends);
-    remove_plan_unless(arguments.plan, [&] { make_script(plan.parts.size()); });
+  } else if (arguments.of) {
+    plan = plan_again(arguments.mesh, arguments.plan, call.backends, call.watch.before_files);
   } else {
     arguments.levels = *arguments.level;
     arguments.parts = *arguments.part_count;
     arguments.pipeline_of = pipelines_of(compression_of(arguments.compress));
     arguments.progress = call.watch.progress;
-    arguments.before_files = [&] {
-      if (call.watch.before_files) call.watch.before_files();
-      make_script(arguments.parts);
-    };
+    arguments.before_files = call.watch.before_files;
     plan = plan_parts(arguments, call.backends);
   }
   if (call.watch.warn)
     for (const std::string& warning : plan.warnings) call.watch.warn(warning);
-  if (script) remove_plan_unless(arguments.plan, [&] { script->publish(); });
+  if (!arguments.sbatch.empty())
+    remove_plan_unless(arguments.plan, [&] {
+      write_sbatch_script(arguments.sbatch, arguments.plan, plan, arguments.longest_array);
+    });
   return plan;
 }
 
@@ -151,6 +158,9 @@ JobReport plan_report(const std::filesystem::path& path, const PartsPlan& plan) 
     report["attribute"] = plan.pass->result.name;
     if (plan.pass->pass.diagonal) report["diagonal"] = *plan.pass->pass.diagonal;
   }
+  if (plan.memory)
+    report["memory"] = {{"budget_bytes", plan.memory->budget_bytes},
+                        {"total_bytes", plan.memory->total_bytes}};
   if (plan.rates)
     report["rates"] = {{"points_per_second", plan.rates->points_per_second},
                        {"bytes_per_second", plan.rates->bytes_per_second},
@@ -236,12 +246,14 @@ Job plan_job() {
   JobTable<PlanArguments> table("plan", "Cut a subdivision or a pass into parts for many machines");
   table
       .path("input", &PlanArguments::mesh,
-            "PLY, OBJ or OFF, also .gz and .zst; for --pass a store in shards")
+            "PLY, OBJ or OFF, also .gz and .zst; for --pass and --of a store in shards")
       .at(0)
       .required();
   table.output("plan", &PlanArguments::plan, "The plan to make, a directory").at(1).required();
   add_subdivision_options(table);
   add_pass_options(table);
+  table.flag("of", &PlanArguments::of,
+             "Make the plan of a store again, so that a damaged shard costs one part");
   table.path("sbatch", &PlanArguments::sbatch,
              "Also write a Slurm script that makes all parts in an array job");
   table.count("array", &PlanArguments::longest_array, 1, 1 << 20,

@@ -21,7 +21,7 @@ from .errors import (AlreadyExists, BadState, Busy, Cancelled, Damaged, Error, I
                      NotSupported, OutOfMemory, TooLarge)
 from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, check,
                    compare, convert, export, generate, import_mesh, join, part, plan, remesh, render,
-                   run_pass, subdivide,
+                   run_pass, status, subdivide,
                    verify)
 from .mesh import Mesh, triangles
 from .store import Store
@@ -54,5 +54,5 @@ __all__ = [
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NoSuchLevel", "NotFound",
     "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
     "VerifyReport", "Vertices", "build_info", "check", "compare", "convert", "create", "export", "generate", "import_mesh", "join", "load_plugin",
-    "open", "part", "plan", "remesh", "render", "run_pass", "subdivide",
+    "open", "part", "plan", "remesh", "render", "run_pass", "status", "subdivide",
     "triangles", "verify"]

@@ -286,6 +286,8 @@ part = _job("part", "part", dict,
 join = _job("join", "join", dict,
             """Makes a store, or the next version of one, of the parts of a plan, as `plait join` does: a dict, that of
     --json. BadState lists parts that are missing or damaged.""")
+status = _job("status", "status", dict,
+              """Says how far a plan is, as `plait status` does: a dict, that of --json.""")
 
 
 def verify(store, memory=types.DEFAULT_BUDGET_BYTES, progress=None):

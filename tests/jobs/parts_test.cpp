@@ -40,6 +40,7 @@
 #include "plait/registry.h"
 #include "plait/subdivision_job.h"
 #include "plait/verify.h"
+#include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -568,6 +569,210 @@ TEST_CASE("Join_RunAgain_FindsItsStoreAndChangesNothing") {
   }
 }
 
+// As many threads as the budget has scratch memory for; the records are the same.
+TEST_CASE("Part_MoreThreadsThanTheBudgetAllows_TakesFewerAndSaysSo") {
+  const TemporaryDirectory here(Medium::kMemory);
+  Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  work.levels = 6;
+  work.max_slot_bytes = std::nullopt;
+  const fs::path plan = here.path() / "plan";
+  const PartsPlan planned = plan_parts(request_of(work, plan, 2), default_backends());
+  REQUIRE(planned.memory);
+  CHECK(planned.memory->budget_bytes == StoreOptions().budget_bytes);
+  CHECK(planned.memory->total_bytes > planned.memory->budget_bytes);
+  std::vector<std::string> warnings;
+  PartOptions options;
+  options.threads = 64;
+  options.budget_bytes = 8 << 20;
+  options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  const std::string few = make_part(plan, 1, options, default_backends()).digest;
+  REQUIRE(!warnings.empty());
+  CHECK_THAT(warnings[0], Catch::Contains("threads of 64") && Catch::Contains("--memory"));
+  options.again = true;
+  options.threads = 2;
+  options.budget_bytes = StoreOptions().budget_bytes;
+  warnings.clear();
+  CHECK(make_part(plan, 1, options, default_backends()).digest == few);
+  CHECK(warnings.empty());
+}
+
+TEST_CASE("Join_InOnePieceRunAgain_FindsItsStore") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait",
+                 shards = here.path() / "shards.plait", other = here.path() / "other";
+  plan_parts(request_of(work, plan, 3), default_backends());
+  make_all(plan, 3);
+  JoinOptions concat;
+  concat.concat = true;
+  const JoinResult first = join(plan, path, concat);
+  CHECK_FALSE(first.was_joined);
+  for (const bool verify : {false, true}) {
+    concat.verify = verify;
+    const JoinResult again = join(plan, path, concat);
+    CHECK(again.was_joined);
+    CHECK(again.digest == first.digest);
+  }
+  concat.verify = false;
+  // What is in shards is not what --concat asks for, nor the other way round.
+  REQUIRE(join(plan, shards).has_store);
+  CHECK(error_of([&] { join(plan, shards, concat); }).code() == ErrorCode::kInvalidArgument);
+  CHECK(error_of([&] { join(plan, path); }).code() == ErrorCode::kInvalidArgument);
+  plan_parts(request_of(work, other, 3), default_backends());
+  make_all(other, 3);
+  CHECK(error_of([&] { join(other, path, concat); }).code() == ErrorCode::kInvalidArgument);
+}
+
+/// The directory in which a join makes its store.
+fs::path unfinished_in(const fs::path& directory) {
+  for (const auto& entry : fs::directory_iterator(directory))
+    if (entry.path().native().find(".partial-") != std::string::npos) return entry.path();
+  return {};
+}
+
+TEST_CASE("Join_BesideAPartThatIsMadeAgain_ReadsItAgain") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  plan_parts(request_of(work, plan, 4), default_backends());
+  make_all(plan, 4);
+  const std::string digest = make_whole(work, here.path() / "w.plait");
+  using Kind = FileOperation::Kind;
+  for (const Kind kind : {Kind::kOpen, Kind::kCreate})
+    for (const bool verify : {false, true}) {
+      CAPTURE(kind == Kind::kOpen, verify);
+      JoinOptions options;
+      options.verify = verify;
+      const BeforeOperation again(kind, "attribute0.level02.1.shard2", [&] {
+        PartOptions make;
+        make.again = true;
+        make_part(plan, 2, make, default_backends());
+      });
+      const JoinResult joined = join(plan, path, options);
+      CHECK(again.was_done());
+      CHECK(joined.has_store);
+      CHECK(joined.bad.empty());
+      CHECK(joined.digest == digest);
+      CHECK(check_store(path, default_backends()).damaged.empty());
+      fs::remove_all(path);
+    }
+}
+
+/// Changes a byte of a file that may have other names.
+void damage(const fs::path& file, std::size_t at) {
+  std::string bytes = bytes_of(file);
+  bytes.at(at) = static_cast<char>(bytes.at(at) ^ 1);
+  fs::remove(file);
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+TEST_CASE("PlanAgain_OfAStore_MendsAShardByOnePart") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait",
+                 again = here.path() / "again";
+  plan_parts(request_of(work, plan, 4), default_backends());
+  make_all(plan, 4);
+  const std::string digest = join(plan, path).digest;
+  const std::map<std::string, std::string> files = records_of(path);
+  const std::string tables = bytes_of(path / "version.1.shard2");
+
+  const PartsPlan made = plan_again(path, again, default_backends());
+  CHECK(made.parts.size() == 4);
+  CHECK(bytes_of(again / "plan") == bytes_of(plan / "plan"));
+  fs::remove_all(plan);
+  const fs::path level = path / "attribute1.level03.1.shard2";
+  damage(level, 5);
+  SECTION("a file is missing too") { CHECK(fs::remove(path / "attribute0.level02.1.shard2")); }
+  SECTION("a file is cut") {
+    fs::resize_file(level, fs::file_size(level) / 2);
+    CHECK(fs::file_size(level) > 0);
+  }
+  SECTION("the tables are damaged") {
+    damage(path / "version.1.shard2", 40);
+    CHECK(bytes_of(path / "version.1.shard2") != tables);
+  }
+  make_part(again, 2, {}, default_backends());
+  std::vector<std::string> warnings;
+  JoinOptions options;
+  options.verify = true;
+  options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  const JoinResult mended = join(again, path, options);
+  CHECK(mended.has_store);
+  CHECK(mended.was_joined);
+  CHECK(mended.digest == digest);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Catch::Contains("shard 2") && Catch::Contains("part 2"));
+  CHECK(records_of(path) == files);
+  CHECK(bytes_of(path / "version.1.shard2") == tables);
+  CHECK(check_store(path, default_backends()).damaged.empty());
+  CHECK(check_store(path, default_backends()).left_over.empty());
+}
+
+TEST_CASE("PlanAgain_PartWithOtherBlocks_MendsNothing") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  plan_parts(request_of(work, plan, 3), default_backends());
+  make_all(plan, 3);
+  REQUIRE(join(plan, path).has_store);
+  fs::remove_all(plan);
+  plan_again(path, plan, default_backends());
+  make_part(plan, 1, {}, default_backends());
+  const fs::path level = path / "attribute0.level02.1.shard1";
+  damage(level, 7);
+  const std::string damaged = bytes_of(level);
+  // The part is damaged too: its tables are right, its blocks are not.
+  damage(directory_of(plan, 1) / level.filename(), 9);
+  const Error error = error_of([&] { join(plan, path); });
+  CHECK(error.code() == ErrorCode::kCorruption);
+  CHECK(bytes_of(level) == damaged);
+  // Readers keep the file that they have.
+  PartOptions make;
+  make.again = true;
+  make_part(plan, 1, make, default_backends());
+  {
+    const Store reader = Store::open(path, {}, default_backends());
+    CHECK(error_of([&] { join(plan, path); }).code() == ErrorCode::kBusy);
+    CHECK(bytes_of(level) == damaged);
+  }
+  CHECK(join(plan, path).was_joined);
+  CHECK(bytes_of(level) != damaged);
+}
+
+TEST_CASE("Join_WhoseFilesAnotherProcessRemoves_PublishesNothing") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 3),
+             default_backends());
+  make_all(plan, 3);
+  for (const char* const name : {"attribute0.level02.1.shard1", "version.1.shard0", "base.mesh"}) {
+    CAPTURE(name);
+    const BeforeOperation remove(FileOperation::Kind::kWrite, "version.1",
+                                 [&] { fs::remove(unfinished_in(here.path()) / name); });
+    const Error error = error_of([&] { join(plan, path); });
+    CHECK(remove.was_done());
+    CHECK(error.code() == ErrorCode::kBusy);
+    CHECK_THAT(error.what(), Catch::Contains(name) && !Catch::Contains("partial"));
+    CHECK_FALSE(fs::exists(path));
+  }
+  CHECK(join(plan, path).has_store);
+}
+
+TEST_CASE("Join_BesideAnotherOneOfThePlan_TakesItsStore") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 3),
+             default_backends());
+  make_all(plan, 3);
+  const BeforeOperation other(FileOperation::Kind::kWrite, "version.1",
+                              [&] { CHECK_FALSE(join(plan, path).was_joined); });
+  CHECK(join(plan, path).was_joined);
+  CHECK(other.was_done());
+  CHECK(check_store(path, default_backends()).damaged.empty());
+  CHECK(std::distance(fs::directory_iterator(here.path()), {}) == 3);  // mesh, plan, store
+}
+
 TEST_CASE("Part_ItsFiles_AreTheOnlyOnesItChanges") {
   const TemporaryDirectory here(Medium::kMemory);
   const Work work{write_mesh(here.path(), random_sheet(5, 60))};
@@ -596,7 +801,7 @@ TEST_CASE("Part_LeftOvers_OnlyThoseOfThisMachineAreRemoved") {
   plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 2),
              default_backends());
   make_part(plan, 0, {}, default_backends());
-  // part.0-HOST-START-RANDOM
+  // part.0-HOST-START-PROCESS.RANDOM
   const std::string name = directory_of(plan, 0).filename().native();
   const std::size_t random = name.rfind('-') + 1, start = name.rfind('-', random - 2) + 1;
   REQUIRE(name.find('-') + 1 < start);

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <cerrno>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -25,9 +27,11 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/check_store.h"
+#include "plait/extend/directory.h"
 #include "plait/extend/parts.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "store/old_versions.h"
 #include "support/error_of.h"
 #include "support/sanitized.h"
 #include "support/temporary_directory.h"
@@ -432,6 +436,131 @@ TEST_CASE("PassJoin_SameVersionOfAnotherPlan_IsNotTakenForItsOwn") {
   const Error error = error_of([&] { join(plan, on.sharded()); });
   CHECK(error.code() == ErrorCode::kBadState);
   CHECK_THAT(error.what(), Catch::Contains("another plan"));
+}
+
+// The number of a version says nothing of the way to it: both copies have version 2.
+TEST_CASE("PassInParts_CopyThatWentItsOwnWay_IsRefusedByPartAndJoin") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
+  on.make_shards(3);
+  const fs::path copy = here.path() / "copy", moved = here.path() / "moved";
+  fs::copy(on.sharded(), copy);
+  pass_in_parts(on, {.factor = 0.1});
+  fs::rename(on.sharded(), moved);
+  fs::rename(copy, on.sharded());
+  pass_in_parts(on, {.factor = 0.5});
+  const std::string before = digest_of(moved);
+
+  const fs::path plan = on.plan(kSmooth);
+  PartOptions of_the_other;
+  of_the_other.store = moved;
+  const Error part = error_of([&] { make_part(plan, 1, of_the_other, default_backends()); });
+  CHECK(part.code() == ErrorCode::kBadState);
+  CHECK_THAT(part.what(), Catch::Contains("a copy of the store that went its own way"));
+  make_parts(plan);
+  for (const bool verify : {false, true}) {
+    JoinOptions options;
+    options.verify = verify;
+    const Error joined = error_of([&] { join(plan, moved, options); });
+    CHECK(joined.code() == ErrorCode::kBadState);
+    CHECK_THAT(joined.what(), Catch::Contains("a copy of the store that went its own way"));
+  }
+  CHECK(digest_of(moved) == before);
+  CHECK(join(plan, on.sharded()).has_store);
+}
+
+// A file system without locks stands for one whose locks another machine does not see.
+TEST_CASE("OldVersions_WhereNobodyKnowsWhoReads_StayUntilTheirTime") {
+  struct NoLocks final : FileOperationHook {
+    NoLocks() { set_file_operation_hook(this); }
+    ~NoLocks() { set_file_operation_hook(nullptr); }
+    Verdict before(const FileOperation& operation) noexcept override {
+      if (operation.kind != FileOperation::Kind::kLock) return {};
+      return {.error = ENOSYS};
+    }
+    void after(const FileOperation&) noexcept override {}
+  };
+  const TemporaryDirectory here(Medium::kMemory);
+  const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
+  on.make_shards(3);
+  const fs::path old = on.sharded() / "attribute0.level03.1.shard1";
+  const Directory store(on.sharded());
+  {
+    const NoLocks no_locks;
+    const fs::path plan = on.plan(kSmooth);
+    make_parts(plan);
+    std::vector<std::string> warnings;
+    JoinOptions options;
+    options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+    REQUIRE(join(plan, on.sharded(), options).has_store);
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Catch::Contains("no locks"));
+    CHECK(fs::exists(old));
+    const RemovedVersions kept =
+        remove_versions_replaced_before(store, std::chrono::hours(1), false);
+    CHECK(kept.files == 0);
+    CHECK(kept.versions_kept == 1);
+    const RemovedVersions listed =
+        remove_versions_replaced_before(store, std::chrono::seconds(0), true);
+    CHECK(listed.files > 3);
+    CHECK(fs::exists(old));
+    CHECK(remove_versions_replaced_before(store, std::chrono::seconds(0), false).files ==
+          listed.files);
+    CHECK_FALSE(fs::exists(old));
+  }
+  CHECK(check_store(on.sharded(), default_backends()).damaged.empty());
+  // A lock that is seen counts whatever the time.
+  const Store reader = Store::open(on.sharded(), {}, default_backends());
+  pass_in_parts(on, kSmooth);
+  CHECK(remove_versions_replaced_before(store, std::chrono::seconds(0), false).versions_kept == 1);
+  CHECK(fs::exists(on.sharded() / "attribute1.level03.2.shard1"));
+}
+
+TEST_CASE("PlanAgain_AfterPasses_MendsWhatTheSubdivisionMade") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
+  on.make_shards(3);
+  pass_in_parts(on, {.name = "normals"});
+  const std::string before = digest_of(on.sharded());
+  const fs::path plan = here.path() / "again", level = on.sharded() / "attribute0.level03.1.shard1";
+  std::string bytes = bytes_of(level);
+  bytes[3] = static_cast<char>(bytes[3] ^ 1);
+  fs::remove(level);
+  write(level, bytes);
+  plan_again(on.sharded(), plan, default_backends());
+  make_part(plan, 1, {}, default_backends());
+  CHECK(join(plan, on.sharded()).was_joined);
+  CHECK(digest_of(on.sharded()) == before);
+  CHECK(Store::open(on.sharded(), {}, default_backends()).sequence() == 2);
+  fs::remove_all(plan);
+  // The positions of a pass are those of no subdivision.
+  pass_in_parts(on, kSmooth);
+  const Error smoothed = error_of([&] { plan_again(on.sharded(), plan, default_backends()); });
+  CHECK(smoothed.code() == ErrorCode::kNotSupported);
+  on.make_whole();
+  const Error whole = error_of([&] { plan_again(on.whole(), plan, default_backends()); });
+  CHECK(whole.code() == ErrorCode::kNotSupported);
+  CHECK_FALSE(fs::exists(plan));
+}
+
+TEST_CASE("PassPart_StoreAtAnotherPath_IsReadThere") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
+  on.make_shards(3);
+  const fs::path plan = on.plan(kSmooth), moved = here.path() / "moved.plait";
+  fs::copy(on.sharded(), moved);
+  make_part(plan, 0, {}, default_backends());
+  fs::remove_all(on.sharded());
+  const Error away = part_error(plan, 1);
+  CHECK(away.code() == ErrorCode::kNotFound);
+  CHECK_THAT(away.what(), Catch::Contains("no such store") && Catch::Contains("--store"));
+  PartOptions there;
+  there.store = moved;
+  for (const std::uint32_t part : {1u, 2u}) make_part(plan, part, there, default_backends());
+  CHECK(join(plan, moved).has_store);
+  // A part of a subdivision reads no store.
+  const Error none = error_of([&] { make_part(on.plan_shards(3), 0, there, default_backends()); });
+  CHECK(none.code() == ErrorCode::kInvalidArgument);
 }
 
 // Whatever a plan says, the store is what counts: no size of a plan takes memory before the store

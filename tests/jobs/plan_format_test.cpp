@@ -174,7 +174,12 @@ TEST_CASE("plan and done.I and records are as the page on formats describes them
     CHECK(done.take<std::uint64_t>() == checksum(whole(made / tables)));
     const std::string records = whole(made / "records");
     CHECK(done.take<std::uint64_t>() == checksum(records));
-    done.take_bytes(24);  // digest, seconds
+    done.take_bytes(24);                                // digest, seconds
+    CHECK(!done.take_text().empty());                   // host
+    CHECK(!done.take_text().empty());                   // user
+    CHECK(done.take<std::uint64_t>() > 1'700'000'000);  // begun
+    CHECK(done.take<double>() > 0);                     // seconds of processors
+    CHECK(done.take<std::uint64_t>() > 1'000'000);      // memory
     CHECK(done.is_at_end());
 
     std::string expected;

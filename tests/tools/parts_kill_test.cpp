@@ -149,7 +149,8 @@ TEST_CASE("PassOnTheCommandLine_OptionsAndRefusals_AreSaid") {
   CHECK(planned.json()["parts"].size() == 4);
   CHECK(planned.json()["diagonal"] > 0);
   CHECK(content_of(here.path() / "array.sh").find("--array=0-3") != std::string::npos);
-  REQUIRE(status({"part", "q", "2"}) == 0);
+  CHECK(status({"part", "p", "2", "--again", "--store", "s.plait"}) == 2);  // it reads no store
+  REQUIRE(status({"part", "q", "2", "--store", "s.plait"}) == 0);
   const Outcome incomplete = run(here.path(), {"join", "q", "s.plait"});
   CHECK(incomplete.status == 4);
   CHECK(incomplete.last_line() == "0-1,3");
@@ -219,6 +220,55 @@ TEST_CASE("PlanPartJoin_OnTheCommandLine_SayWhatIsMissing") {
   const Outcome lost = run(here.path(), {"repair", "s.plait"});
   CHECK(lost.status == 1);
   CHECK(lost.output.find("plait part --again") != std::string::npos);
+  REQUIRE(run(here.path(), {"plan", "--of", "s.plait", "again"}).status == 0);
+  CHECK(run(here.path(), {"plan", "--of", "s.plait", "more", "--parts", "2"}).status == 2);
+  REQUIRE(run(here.path(), {"part", "again", "1"}).status == 0);
+  const Outcome mended = run(here.path(), {"join", "again", "s.plait"});
+  CHECK(mended.status == 0);
+  CHECK(mended.errors.find("shard 1") != std::string::npos);
+  CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
+}
+
+TEST_CASE("StatusAndLists_OfAPlan_SayWhatIsLeft") {
+  const TemporaryDirectory here(Medium::kMemory);
+  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
+  REQUIRE(run(here.path(),
+              {"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--sbatch", "array.sh"})
+              .status == 0);
+  const auto status = [&] { return run(here.path(), {"status", "p", "--json"}).json(); };
+  CHECK(status()["waiting"] == 5);
+  CHECK(status()["array"] == "0-4");
+  CHECK_FALSE(status().contains("seconds_left"));
+  for (const char* const part : {"1", "3"})
+    REQUIRE(run(here.path(), {"part", "p", part, "--threads", "1"}).status == 0);
+  // What a part of another machine looks like, whether it runs or not.
+  std::filesystem::create_directory(here.path() / "p/part.4-elsewhere-01234567-1.2.3");
+  const auto now = status();
+  CHECK(now["done"] == 2);
+  CHECK(now["running"] == 1);
+  CHECK(now["array"] == "0,2");
+  CHECK(now["seconds_left"] > 0);
+  REQUIRE(now["parts"].size() == 3);
+  CHECK(now["parts"][0]["state"] == "done");
+  CHECK(now["parts"][0]["user"] != "");
+  CHECK(now["parts"][0]["peak_memory_bytes"] > 1'000'000);
+  CHECK(now["parts"][2]["host"] == "elsewhere");
+  CHECK(run(here.path(), {"status", "p"}).output.find("2 of 5 parts done") != std::string::npos);
+  CHECK(run(here.path(), {"status", "none"}).status == 2);
+
+  const Outcome lost = run(here.path(), {"join", "p", "s.plait", "--missing-to", "lost"});
+  CHECK(lost.status == 4);
+  CHECK(lost.last_line() == "0,2,4");
+  CHECK(content_of(here.path() / "lost") == "0\n2\n4\n");
+  for (const char* const line : {"0", "1", "2"})
+    REQUIRE(run(here.path(), {"part", "p", line, "--list", "lost"}).status == 0);
+  CHECK(run(here.path(), {"part", "p", "3", "--list", "lost"}).status == 2);
+  REQUIRE(run(here.path(), {"join", "p", "s.plait", "--missing-to", "lost"}).status == 0);
+  CHECK(content_of(here.path() / "lost").empty());
+  const std::string script = content_of(here.path() / "array.sh");
+  for (const char* const line : {"#SBATCH --mem=", "#SBATCH --time=", "#SBATCH --cpus-per-task=1",
+                                 "#SBATCH --output=", "--memory 268435456"})
+    CHECK(script.find(line) != std::string::npos);
 }
 
 TEST_CASE("Plan_ScriptThatCannotBeWritten_LeavesNoPlan") {

@@ -27,7 +27,7 @@ build_packages=(
 )
 tests_packages=(
   catch2 python3-numpy python3-pytest python3-dask python3-matplotlib python3-meshio assimp-utils
-  strace parallel python3-distributed openmpi-bin libopenmpi-dev mypy python3-build
+  strace bindfs parallel python3-distributed openmpi-bin libopenmpi-dev mypy python3-build
 )
 launchers_packages=(mpich libmpich-dev snakemake slurm-wlm munge)
 viewers_packages=(python3-vtk9 blender python3-nbclient python3-ipykernel)

@@ -33,6 +33,8 @@ class PartMaker {
     PartOptions options = arguments_.part;
     options.progress = [](const Progress&) { return !interrupted(); };
     try {
+      if (read_parts_plan(arguments_.plan).pass) options.store = arguments_.store;
+      if (!has_warned_) options.warn = [this](const std::string& what) { warn(what); };
       const PartResult result = make_part(arguments_.plan, part, options, backends_);
       return result.was_done ? PartOutcome::kWasDone : PartOutcome::kMade;
     } catch (const Error& error) {
@@ -44,6 +46,10 @@ class PartMaker {
   }
 
  private:
+  void warn(const std::string& what) const {
+    has_warned_ = true;
+    report_warning(fmt::format("rank {}: {}", rank_, what));
+  }
   PartOutcome fail(std::uint32_t part, std::string_view code, std::string_view what) const {
     report_error(code, fmt::format("rank {} on {}: part {}: {}", rank_, host_name(), part, what),
                  false);
@@ -53,6 +59,7 @@ class PartMaker {
   const JobOptions& arguments_;
   const BackendRegistry& backends_;
   int rank_;
+  mutable bool has_warned_ = false;  ///< one part says it for all
 };
 
 /// What rank 0 does between messages.

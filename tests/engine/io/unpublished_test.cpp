@@ -1,14 +1,19 @@
 // What is made under a temporary name: whole or not there, whenever the process ends.
 #include "io/unpublished.h"
 
+#include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <fstream>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "io/file_operations.h"
 #include "io/machine.h"
 #include "io/made_mark.h"
 #include "plait/error.h"
@@ -257,6 +262,7 @@ TEST_CASE("UnfinishedName_OfThisMachine_SaysHostAndStartAndIsReadBack") {
     CHECK(parts->kind == kind);
     CHECK(parts->host == own_machine().host);
     CHECK(parts->start == own_machine().start);
+    CHECK_FALSE(has_ended(parts->process));
     CHECK(name.next() != first);
   }
   for (const char* other : {"s.complete-h-1-2", "s.partial-x", "s.partial-x-y", ".partial-h-1-2",
@@ -282,6 +288,50 @@ TEST_CASE("LeftOver_OfAnotherMachine_IsNotRemoved") {
     CHECK(left_over.in_use);
     CHECK_FALSE(remove_left_over(Directory(here.path()), left_over));
   }
+}
+
+// The lock of a file system of a network may belong to one mount, or there is none: then only a
+// process of this machine that has ended leaves something.
+TEST_CASE("LeftOver_WhereNoLockTells_IsThatOfAProcessThatHasEnded") {
+  struct NoLocks final : FileOperationHook {
+    NoLocks() { set_file_operation_hook(this); }
+    ~NoLocks() { set_file_operation_hook(nullptr); }
+    Verdict before(const FileOperation& operation) noexcept override {
+      if (operation.kind != FileOperation::Kind::kLock) return {};
+      return {.error = ENOSYS};
+    }
+    void after(const FileOperation&) noexcept override {}
+  };
+  const TemporaryDirectory here;
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(0);
+  REQUIRE(::waitpid(child, nullptr, 0) == child);
+  const std::string own = new_maker_name();
+  const std::string process(read_maker(own)->process);
+  const std::string space = process.substr(0, process.find('.'));
+  const std::string ended = fmt::format("{}.{:x}", space, child);
+  CHECK(has_ended(ended));
+  for (const std::string& other :
+       {process, fmt::format("{}1.{:x}", space, child), fmt::format("{}.", space),
+        fmt::format("{:x}", child), std::string(), std::string("."), std::string("x.y")})
+    CHECK_FALSE(has_ended(other));
+
+  const std::string machine = own_machine().host + "-" + own_machine().start + "-";
+  const auto leave = [&](const std::string& maker) {
+    const fs::path path = here.path() / ("f.partial-" + maker);
+    fs::create_directory(path);
+    write_made_mark(Directory(path));
+    return path;
+  };
+  const fs::path left = leave(machine + ended + ".12");
+  std::vector<fs::path> kept;
+  for (const std::string& maker : {own, machine + "0123", own_machine().host + "-0-" + ended + ".1",
+                                   "x" + machine + ended + ".1"})
+    kept.push_back(leave(maker));
+  const NoLocks no_locks;
+  remove_left_overs_of(here.path() / "f", {});
+  CHECK_FALSE(fs::exists(left));
+  for (const fs::path& path : kept) CHECK(fs::exists(path / kMadeMarkName));
 }
 
 TEST_CASE("UnpublishedFile_WithTheLongestNameThatADirectoryTakes_IsMade") {

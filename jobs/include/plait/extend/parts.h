@@ -79,8 +79,17 @@ struct PlannedPart {
 struct PlannedPass {
   std::filesystem::path store;  ///< absolute
   std::uint64_t version = 0;    ///< Store::sequence() of the commit that the parts read
-  Pass pass;                    ///< without a kernel
-  AttributeSchema result;       ///< the attribute that it makes
+  /// Of the file version.S of this commit: copies of a store that went different ways have other
+  /// ones.
+  std::uint64_t version_checksum = 0;
+  Pass pass;               ///< without a kernel
+  AttributeSchema result;  ///< the attribute that it makes
+};
+
+/// What a part with most bytes needs in one thread, so what to ask a scheduler for.
+struct PartMemory {
+  std::uint64_t budget_bytes = 0;  ///< PartOptions::budget_bytes: scratch memory and blocks
+  std::uint64_t total_bytes = 0;   ///< with the base mesh and the program, an estimate
 };
 
 /// What a plan says.
@@ -94,6 +103,7 @@ struct PartsPlan {
   std::vector<PlannedPart> parts;
   std::vector<std::string> warnings;  ///< of the mesh; only from plan_parts()
   std::optional<MachineRates> rates;  ///< only from plan_parts() with `calibrate`
+  std::optional<PartMemory> memory;   ///< only of a subdivision, from the functions that plan it
   std::optional<PlannedPass> pass;    ///< nothing: a subdivision
 };
 
@@ -121,6 +131,15 @@ PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends)
 /// of reading the mesh; those of make_part() if it measures; kIo, kNoSpace.
 PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backends);
 
+/// Makes a plan of a store in shards again, with its UUID and its cuts: so a part of it can be made
+/// again, and join_parts() into the store mends the shard. Passes may have added attributes since.
+/// Errors: kNotSupported if the store is in one piece, if a pass has replaced the positions, and if
+/// another version of plait made the parts; kInvalidArgument if the name `plan` is taken;
+/// kNotFound, kCorruption, kIo, kNoSpace. `before_files`: as in PartsRequest.
+PartsPlan plan_again(const std::filesystem::path& store, const std::filesystem::path& plan,
+                     const BackendRegistry& backends,
+                     const std::function<void()>& before_files = {});
+
 /// Errors: kNotFound, kCorruption, kIo.
 PartsPlan read_parts_plan(const std::filesystem::path& plan);
 
@@ -130,9 +149,14 @@ struct PartOptions {
   int threads = 1;                ///< 0: all processors
   ParallelFor parallel_for = {};  ///< as in StoreOptions
   bool again = false;             ///< makes the part even if it is done
+  /// Is told if the scratch memory of all threads does not fit the budget, so that a subdivision
+  /// takes fewer.
+  std::function<void(const std::string&)> warn = {};
   ProgressCallback progress = {};
   /// The kernel of the plan's pass, if that is one of the program's own.
   PassKernel kernel = {};
+  /// Where this machine sees the store that the plan's pass reads. Empty: at PlannedPass::store.
+  std::filesystem::path store = {};
 };
 
 /// What make_part() did.
@@ -147,10 +171,46 @@ struct PartResult {
 /// its name. Errors: kInvalidArgument for a part that the plan does not have; kNotSupported if
 /// another version of plait made the plan; kCorruption for a damaged plan; kCancelled; kBudget,
 /// kIo, kNoSpace. For a pass also: kBadState if the store has another version than the plan, or is
-/// another store; kInvalidArgument for a pass of another program without `options.kernel`; those of
-/// Store::open(), visit_vertices() and the kernel.
+/// another store or a copy that went its own way; kInvalidArgument for a pass of another program
+/// without `options.kernel`, and for `options.store` without a pass; those of Store::open(),
+/// visit_vertices() and the kernel.
 PartResult make_part(const std::filesystem::path& plan, std::uint32_t part,
                      const PartOptions& options, const BackendRegistry& backends);
+
+/// One part of a plan, as its directory shows it.
+struct PartStatus {
+  enum class State : std::uint8_t {
+    kWaiting,  ///< nobody has begun it
+    kRunning,  ///< a process of this machine makes it; or one of another machine, if that still
+               ///< runs
+    kLost,     ///< the process of this machine that made it has ended without a result
+    kDone,
+  };
+  State state = State::kWaiting;
+  std::string host = {};    ///< that makes or made it
+  std::string user = {};    ///< that made it
+  std::uint64_t begun = 0;  ///< seconds since 1970, UTC; 0 unless running, lost or done
+  /// When its files changed last, of a running part; then it may be clear that its machine is lost.
+  std::uint64_t changed = 0;
+  double seconds = 0, cpu_seconds = 0;  ///< that it took, if done
+  std::uint64_t peak_memory_bytes = 0;  ///< of the process that made it
+};
+
+/// How far a plan is.
+struct PlanStatus {
+  std::vector<PartStatus> parts;
+  std::uint32_t done = 0, running = 0, lost = 0, waiting = 0;
+  std::uint64_t bytes_done = 0;  ///< of the levels of done parts, uncompressed
+  /// Of one process: bytes of done parts by their seconds. 0 if none is done.
+  double bytes_per_second = 0;
+  /// Until all parts are done, if as many processes as now go on, at least one; by the seconds that
+  /// done parts took, compared with those that were planned. Nothing if none is done.
+  std::optional<double> seconds_left;
+};
+
+/// Looks at the names in a plan and at done.I of done parts, not at their other files, and changes
+/// nothing. Errors: kNotFound, kCorruption, kIo.
+PlanStatus status_of_plan(const std::filesystem::path& plan);
 
 /// Options of join_parts().
 struct JoinOptions {
@@ -170,8 +230,10 @@ struct JoinResult {
   std::vector<std::string> reasons;         ///< one line for each of `bad`
   bool has_store = false;                   ///< nothing was missing or bad: the store is made
   bool was_joined = false;                  ///< an earlier join had made it
-  std::string digest;                       ///< the sum of the digests of the parts
-  std::uint64_t version = 0;                ///< Store::sequence() of the store
+  /// The sum of the digests of the parts. If only a few parts of a store that was joined before are
+  /// there, that of the store with `verify`, else empty.
+  std::string digest;
+  std::uint64_t version = 0;  ///< Store::sequence() of the store
   /// Both lists together, as array_text().
   std::string again() const;
 };
@@ -179,16 +241,19 @@ struct JoinResult {
 /// Makes `store` of all parts. The files of the parts get a second name there (hard links); where
 /// that cannot be, they are copied. The plan stays as it is. After an error no store is left. If
 /// `store` is the one that an earlier call has made of this plan, also if passes have changed it
-/// since, the call changes nothing.
+/// since, the call changes nothing, but mends it: then not all parts must be there, and files of
+/// those that were made after the store replace files with other bytes. They do so only if the
+/// store records the checksums of their blocks. kBadState for a part with other blocks; kBusy while
+/// readers have a store open that is to be mended.
 /// Errors: those of UnpublishedStore; kCorruption for a damaged plan, and with
 /// `verify` for a store that is damaged; kCancelled; kIo, kNoSpace.
 ///
 /// The parts of a pass become the next version of `store`, which is the store of the plan. One
 /// manifest commits it; readers keep their version. After an error the store has its version. The
 /// digest is that of the records of the attribute that the pass makes. If the store has the version
-/// of this very plan already, the call does nothing. Errors: kBadState for another store and for
-/// another version; kBusy while another process changes the store; kInvalidArgument for `concat`
-/// and kReplace; those of Store::open().
+/// of this very plan already, the call does nothing. Errors: kBadState for another store, for
+/// another version, and for a copy that went its own way; kBusy while another process changes the
+/// store; kInvalidArgument for `concat` and kReplace; those of Store::open().
 JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::path& store,
                       const JoinOptions& options, const BackendRegistry& backends);
 
