@@ -147,7 +147,7 @@ class Test:
         self.plait("subdivide", "closed.ply", "closed.plait", "--levels", "3", "--normals")
         published = self.plait("publish", "closed.plait", "closed", "--page")
         for test in (self.first_picture, self.beside_render, self.no_cracks, self.compressed_from_serve, self.ranges_ignored,
-                     self.server_comes_back):
+                     self.server_comes_back, self.little_memory):
             test(published)
             print(f"viewer_test: {test.__name__} passed", flush=True)
 
@@ -259,6 +259,21 @@ class Test:
             assert server.wait(timeout=60) == 0
         assert answer["failed"] == "" and answer["errors"] == [] and answer["requests"] > 3, answer
         assert self.site.log == [], self.site.log  # all records came from plait serve
+
+    def little_memory(self, _):
+        """What the memory cannot hold makes the allowed error larger, in words, and drawing goes on."""
+        answer = self.look("closed", """
+            plait.animate = false;
+            plait.gpu.free.length = 4;
+            plait.gpu.rows = 4;
+            plait.pixelError = 0.001;
+            plait.redraw();
+            await until(() => plait.memoryFull);
+            await settled();
+            answer.factor = plait.factor; answer.resident = plait.gpu.rowOfPage.filter(row => row >= 0).length;
+            """)
+        assert answer["failed"] == "" and answer["errors"] == [], answer
+        assert answer["factor"] > 1 and answer["resident"] <= 4 and "memory is full" in answer["figures"], answer
 
     def ranges_ignored(self, _):
         self.site.ignore_ranges = True
