@@ -42,8 +42,10 @@ void add_layout_command(CommandLine& program, CommandContext& context);
 void add_paper_command(CommandLine& program, CommandContext& context);
 void add_part_command(CommandLine& program, CommandContext& context);
 void add_plan_command(CommandLine& program, CommandContext& context);
+void add_publish_command(CommandLine& program, CommandContext& context);
 void add_remesh_command(CommandLine& program, CommandContext& context);
 void add_render_command(CommandLine& program, CommandContext& context);
+void add_serve_command(CommandLine& program, CommandContext& context);
 void add_tune_command(CommandLine& program, CommandContext& context);
 
 }  // namespace plait

@@ -113,6 +113,8 @@ int run_program(int argument_count, char** arguments) {
   add_bounds_command(program, context);
   add_export_command(program, context);
   add_convert_command(program, context);
+  add_publish_command(program, context);
+  add_serve_command(program, context);
   add_pass_commands(program, context);
   add_layout_command(program, context);
   add_render_command(program, context);

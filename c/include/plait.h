@@ -787,8 +787,8 @@ PLAIT_API void plait_text_release(plait_text* text);
  * no job has. */
 PLAIT_API plait_status plait_job_options(const char* job, plait_text** options);
 /* Runs a job: "subdivide", "plan", "part", "join", "import", "remesh", "export", "convert",
- * "check", "compare", "pass", "generate", "render", as the command of the program with this name
- * does. Its options are those of the command, each a text NAME=VALUE: "levels=5",
+ * "publish", "check", "compare", "pass", "generate", "render", as the command of the program with
+ * this name does. Its options are those of the command, each a text NAME=VALUE: "levels=5",
  * "compress=@6=fast"; NAME alone for one that the command takes without a value: "normals". What
  * the command takes without a name has the name of its --help in small letters: "input=...",
  * "store=...". Sizes may have a unit: "64MiB". threads=0, the default, stands for all processors.

@@ -58,6 +58,13 @@ inline std::string new_bounds_file_name(std::uint32_t attribute) {
 /// Whether the name is one of these two, of any attribute.
 bool is_bounds_file_name(std::string_view name);
 
+/// What a viewer needs for the first picture (format/view_file.h); and the page that draws it.
+inline constexpr char kViewName[] = "view";
+inline constexpr char kPageName[] = "index.html";
+inline bool is_viewer_file_name(std::string_view name) {
+  return name == kViewName || name == kPageName;
+}
+
 /// S for the name "version.S"; nothing for other names.
 std::optional<std::uint64_t> version_described_by(std::string_view name);
 

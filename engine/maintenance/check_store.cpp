@@ -12,6 +12,7 @@
 #include "format/checksum.h"
 #include "format/file_names.h"
 #include "format/manifest.h"
+#include "format/view_file.h"
 #include "plait/error.h"
 #include "store/recovery.h"
 #include "store/stored_version.h"
@@ -202,7 +203,7 @@ std::optional<std::uint64_t> look_at_other_slot(const Directory& store, std::uin
 void find_left_overs(const Directory& store, const StoredVersion& version,
                      std::optional<std::uint64_t> older, StoreCheck& result) {
   std::set<std::string> names = version.file_names();
-  names.insert({kManifestName, kBaseMeshName, kBaseIndexName, kLockName});
+  names.insert({kManifestName, kBaseMeshName, kBaseIndexName, kLockName, kViewName, kPageName});
   for (const AttributeRecord& attribute : version.description().attributes)
     names.insert(bounds_file_name(attribute.number));
   for (const std::string& name : store.names())
@@ -221,6 +222,16 @@ void look_at_bounds(const Directory& store, const VersionDescription& descriptio
       result.notes.push_back(fmt::format("bounds of '{}', which can be made again: {}",
                                          attribute.schema.name, *reason));
   }
+}
+
+/// The same for the view; one of an earlier version is fine, because its readers can tell.
+void look_at_view(const Directory& store, const StoredVersion& version, StoreCheck& result) {
+  const VersionDescription& description = version.description();
+  const auto reason = reason_of([&] {
+    read_view_file(store, version.manifest().uuid, description.vertex_count,
+                   description.face_count);
+  });
+  if (reason) result.notes.push_back(fmt::format("the view, which can be made again: {}", *reason));
 }
 
 }  // namespace
@@ -260,6 +271,7 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) tr
   StructureCheck(store, version, backend, result).run();
   find_left_overs(store, version, older, result);
   look_at_bounds(store, description, result);
+  look_at_view(store, version, result);
   return result;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("check " + path.native());

@@ -108,6 +108,7 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     copy.commit();
     result.stored_bytes = copy.info().stored_bytes;
     copy.close();
+    if (request.finish) request.finish(path);
     if (request.verify)
       result.digest = request.max_errors.empty()
                           ? compare_copy(source, path, open, request.threads, backends, watch)

@@ -38,6 +38,9 @@ struct ConversionRequest {
   bool verify = false;  ///< reads the copy back from the disk, and compares it with the source
   /// Called before the commit: changes the copy, whose levels are all there. Not with `verify`.
   std::function<void(Store& copy)> change = {};
+  /// Called after the commit with the path of the copy, which does not have its name yet: adds
+  /// optional files. After an error no copy is left.
+  std::function<void(const std::filesystem::path& copy)> finish = {};
   const char* verb = "convert";           ///< begins messages
   std::optional<StoreUuid> uuid = {};     ///< of the copy; nothing: a new one
   Existing existing = Existing::kRefuse;  ///< whether the copy may replace a store

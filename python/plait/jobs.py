@@ -278,6 +278,9 @@ generate = _job("generate", "generate", dict,
                 """Makes a base mesh from a seed, as `plait generate` does: a dict, that of --json.""")
 render = _job("render", "render", dict,
               """Draws one level of a store as a PNG, as `plait render` does: a dict, that of --json.""")
+publish = _job("publish", "publish", dict,
+               """Copies a store so that browsers can show it from any web server, as `plait publish` does: a dict,
+    that of --json.""")
 plan = _job("plan", "plan", dict,
             """Cuts a subdivision, or a pass over a store in shards, into parts that many machines can make, as
     `plait plan` does: a dict, that of --json.""")

@@ -24,9 +24,10 @@ struct Workplace {
   }
 };
 
-const Names kCommands = {"generate", "subdivide", "info",    "verify",   "repair", "digest",
-                         "bounds",   "export",    "convert", "displace", "layout", "paper",
-                         "render",   "tune",      "check",   "compare",  "pass"};
+const Names kCommands = {"generate", "subdivide", "info",    "verify",  "repair",
+                         "digest",   "bounds",    "export",  "convert", "displace",
+                         "layout",   "paper",     "render",  "tune",    "check",
+                         "compare",  "pass",      "publish", "serve"};
 
 }  // namespace
 

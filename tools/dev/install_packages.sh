@@ -23,7 +23,7 @@ library_packages=(
   libzstd-dev liblz4-dev libxxhash-dev liburing-dev libhwy-dev libpng-dev nlohmann-json3-dev
 )
 build_packages=(
-  "${library_packages[@]}" ninja-build ccache zlib1g-dev libcli11-dev
+  "${library_packages[@]}" ninja-build ccache zlib1g-dev libcli11-dev libcpp-httplib-dev
 )
 tests_packages=(
   catch2 python3-numpy python3-pytest python3-dask python3-matplotlib python3-meshio assimp-utils

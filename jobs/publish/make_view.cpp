@@ -1,0 +1,166 @@
+#include "publish/make_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "format/file_names.h"
+#include "format/view_file.h"
+#include "plait/error.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/store_access.h"
+#include "store/store_state.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr char kPositionName[] = "position";
+
+AttributeId viewed_position(const Store& store) {
+  const AttributeId id = store.attribute(kPositionName);
+  const AttributeSchema& schema = store.attributes()[id].schema;
+  if (schema.components != 3 ||
+      (schema.type != ComponentType::kFloat32 && schema.type != ComponentType::kFloat64))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("view of {}: attribute 'position' holds {} x {}, expected float32 x 3 "
+                            "or float64 x 3",
+                            store.path().native(), to_string(schema.type), schema.components));
+  return id;
+}
+
+/// How far the new vertices of each level are from the middle of the two vertices between which
+/// they were born, at most: [refinement - 1].
+template <class Real>
+class Steps {
+ public:
+  Steps(Store& store, AttributeId position)
+      : patches_(store, position, StoreAccess::pager(store).budget_bytes() / 2),
+        base_level_(store.base_level()),
+        levels_(store.attributes()[position].finest_level - base_level_) {
+    if (levels_ > 0) patches_.activate(base_level_ + levels_, 1, 0);
+  }
+
+  std::vector<double> of(FaceId face) {
+    std::vector<double> steps(static_cast<std::size_t>(levels_));
+    const auto patch = patches_.patch(face);
+    for (int depth = 1; depth <= levels_; ++depth) {
+      const int level = base_level_ + depth;
+      const std::int64_t size = std::int64_t{1} << depth;
+      double most = 0;
+      const auto look = [&](std::int64_t i, std::int64_t j, std::int64_t di, std::int64_t dj) {
+        const Vector3<Real>&from = patch.at(level, i - di, j - dj),
+              &to = patch.at(level, i + di, j + dj), &at = patch.at(level, i, j);
+        double squares = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+          const double off =
+              static_cast<double>(at[axis]) -
+              0.5 * (static_cast<double>(from[axis]) + static_cast<double>(to[axis]));
+          squares += off * off;
+        }
+        most = std::max(most, squares);  // not for a NaN
+      };
+      for (std::int64_t j = 0; j <= size; ++j)
+        for (std::int64_t i = j % 2 == 0 ? 1 : 0; i <= size - j; i += j % 2 == 0 ? 2 : 1)
+          if (j % 2 == 0)
+            look(i, j, 1, 0);
+          else if (i % 2 == 0)
+            look(i, j, 0, 1);
+          else
+            look(i, j, 1, -1);
+      steps[static_cast<std::size_t>(depth - 1)] = std::sqrt(most);
+    }
+    return steps;
+  }
+
+ private:
+  StorePatches<Vector3<Real>> patches_;
+  int base_level_, levels_;
+};
+
+/// A patch that is drawn with its coarser levels is not farther from the finest one than the steps
+/// of the levels that it lacks are long together: each level adds to the one before a piecewise
+/// linear function that is largest at the new vertices.
+template <class Real>
+void fill(Store& store, AttributeId position, View& view, std::vector<Vector3<double>>& base,
+          const ProgressCallback& progress) {
+  for (const Vector3<Real>& at :
+       std::as_const(store).template base_records<Vector3<Real>>(position))
+    base.push_back(
+        {static_cast<double>(at.x), static_cast<double>(at.y), static_cast<double>(at.z)});
+  Steps<Real> steps(store, position);
+  const std::size_t faces = store.base().face_count();
+  const auto levels =
+      static_cast<std::size_t>(store.attributes()[position].finest_level - store.base_level());
+  view.errors.resize(levels * faces);
+  for (std::size_t face = 0; face < faces; ++face) {
+    const std::vector<double> of_face = steps.of(static_cast<FaceId>(face));
+    double sum = 0;
+    for (std::size_t depth = levels; depth-- > 0;) {
+      sum += of_face[depth];
+      // Rounded up, as the format promises that nothing is farther away.
+      view.errors[depth * faces + face] =
+          std::nextafter(static_cast<float>(sum), std::numeric_limits<float>::max());
+      if (sum == 0) view.errors[depth * faces + face] = 0;
+    }
+    if ((face % 256 == 0 || face + 1 == faces) && progress && !progress({"view", face + 1, faces}))
+      throw Error(ErrorCode::kCancelled, "view: cancelled");
+  }
+}
+
+}  // namespace
+
+std::vector<ViewedFile> viewed_files(const Store& store) {
+  const Store::Implementation& state = StoreAccess::state(store);
+  std::vector<ViewedFile> files;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    const std::uint32_t number = state.attributes[id].record.number;
+    files.push_back({base_file_name(number, store.sequence()), id, store.base_level(),
+                     store.base_bytes(id).size()});
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level;
+         ++level) {
+      const LevelFile& file = StoreAccess::level_file(store, id, level);
+      files.push_back({level_file_name(number, level, file.table.generations().front().version), id,
+                       level, file.geometry.total_bytes()});
+    }
+  }
+  return files;
+}
+
+std::vector<std::byte> make_view(Store& store, const ProgressCallback& progress) {
+  const AttributeId position = viewed_position(store);
+  View view;
+  view.store = StoreAccess::state(std::as_const(store)).uuid;
+  view.version = store.sequence();
+  view.base_level = store.base_level();
+  view.position = position;
+  for (const AttributeInfo& info : store.attributes())
+    view.attributes.push_back({info.schema, {}, {}});
+  for (ViewedFile& file : viewed_files(store)) {
+    ViewAttribute& attribute = view.attributes[file.attribute];
+    if (file.level == store.base_level())
+      attribute.base_file = std::move(file.name);
+    else
+      attribute.level_files.push_back(std::move(file.name));
+  }
+  std::vector<Vector3<double>> base;
+  if (store.attributes()[position].schema.type == ComponentType::kFloat32)
+    fill<float>(store, position, view, base, progress);
+  else
+    fill<double>(store, position, view, base, progress);
+  return encode_view(view, store.base(), base);
+}
+
+std::vector<std::byte> view_of(Store& store, const ProgressCallback& progress) {
+  const Store::Implementation& state = StoreAccess::state(std::as_const(store));
+  if (state.on_disk()) {
+    std::vector<std::byte> bytes = read_view_file(
+        state.directory, state.uuid, store.base().vertex_count(), store.base().face_count());
+    if (!bytes.empty() && view_version(bytes) == store.sequence()) return bytes;
+  }
+  return make_view(store, progress);
+}
+
+PLAIT_END_NAMESPACE
