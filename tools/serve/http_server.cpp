@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <httplib.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -165,8 +166,10 @@ void HttpServer::run(const std::function<bool()>& stop) {
     ended = true;
   });
   while (!ended && !stop()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const bool gave_up = ended;
   state_->server.stop();
   listener.join();
+  if (gave_up) throw Error(ErrorCode::kIo, "serve: the system gives no more connections");
 }
 
 }  // namespace plait

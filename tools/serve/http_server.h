@@ -30,7 +30,8 @@ class HttpServer {
   HttpServer& operator=(const HttpServer&) = delete;
 
   int port() const;
-  /// Answers requests until `stop` says true; asks ten times a second.
+  /// Answers requests until `stop` says true; asks ten times a second. Errors: kIo if the system
+  /// ends it.
   void run(const std::function<bool()>& stop);
   /// Requests answered, and bytes of their bodies.
   std::uint64_t requests() const;
