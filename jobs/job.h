@@ -323,7 +323,7 @@ class JobTable {
     return *this;
   }
 
-  Arguments defaults_{};
+  Arguments defaults_ = Arguments();
   Job job_;
   std::vector<std::function<void(Arguments&)>> prepare_;
 };

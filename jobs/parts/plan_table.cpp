@@ -6,6 +6,7 @@
 #include <limits>
 #include <system_error>
 
+#include "io/unpublished.h"
 #include "job_rules.h"
 #include "parts/part_tables.h"
 #include "parts/parts_script.h"
