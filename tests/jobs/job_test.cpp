@@ -7,6 +7,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -108,10 +109,10 @@ TEST_CASE("RunJob_ThatChangesNothingYet_SaysSoBeforeTheFirstFile") {
   const std::string mesh = octahedron_in(here), store = (here.path() / "s").string();
   JobWatch watch;
   watch.before_files = [] { throw Error(ErrorCode::kCancelled, "not yet"); };
-  for (const char* const job : {"subdivide", "remesh"}) {
-    const JobOptions options{{"input", mesh},
-                             {"output", store},
-                             {std::string(job) == "remesh" ? "faces" : "levels", "1"}};
+  using Option = std::pair<std::string, std::string>;
+  for (const auto& [job, size] :
+       {std::pair("subdivide", Option("levels", "1")), std::pair("remesh", Option("faces", "8"))}) {
+    const JobOptions options{{"input", mesh}, {"output", store}, size};
     CHECK(error_of([&] { run_job(job, options, watch); }).code() == ErrorCode::kCancelled);
     CHECK_FALSE(std::filesystem::exists(store));
   }
