@@ -24,6 +24,9 @@
 namespace plait::c {
 namespace {
 
+/// A program that makes a store adds levels later. This many are looked ahead.
+constexpr int kLevelsLookedAhead = 3;
+
 std::optional<int> threads_of(std::int32_t io_threads) {
   if (io_threads == PLAIT_AUTOMATIC_THREADS) return std::nullopt;
   return io_threads;
@@ -96,7 +99,8 @@ plait_store* create(const char* path, const plait_store_options* given, const Ma
   BaseMesh mesh = make_mesh(&warnings);
   ComponentType precision = ComponentType::kFloat32;
   if (wanted.position_type != PLAIT_NO_POSITIONS)
-    precision = precision_for(mesh.positions(), mesh.faces(), asked, "create", warnings);
+    precision = precision_for(mesh.positions(), mesh.faces(),
+                              wanted.base_level + kLevelsLookedAhead, asked, "create", warnings);
   if (wanted.warn != nullptr)
     for (const std::string& warning : warnings) wanted.warn(warning.c_str(), wanted.user);
   if (wanted.base_level > 0) mesh = rebase(mesh, wanted.base_level, scheme, precision);

@@ -124,7 +124,8 @@ enum {
 };
 #define PLAIT_NO_POSITIONS 0 /* position_type: the program adds "position" itself */
 /* position_type: PLAIT_FLOAT32, or PLAIT_FLOAT64 if float32 would move a vertex by more than a
- * thousandth of the shortest edge there; `warn` is told. */
+ * thousandth of the shortest edge there, or is too coarse for three levels below base_level; `warn`
+ * is told. */
 #define PLAIT_AUTOMATIC_POSITIONS (-1)
 #define PLAIT_AUTOMATIC_THREADS (-1) /* io_threads: the library chooses */
 #define PLAIT_DEFAULT_BLOCK_BYTES (UINT64_C(1) << 20)

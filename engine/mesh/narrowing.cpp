@@ -40,19 +40,55 @@ bool fit_all(std::span<const Vector3<double>> positions) {
   return fit;
 }
 
-std::vector<double> shortest_edges(std::span<const Vector3<double>> positions,
-                                   std::span<const std::array<VertexId, 3>> faces) {
-  std::vector<double> shortest(positions.size(), std::numeric_limits<double>::infinity());
+struct EdgesOfVertex {
+  double shortest = std::numeric_limits<double>::infinity();
+  double longest = 0;
+};
+
+std::vector<EdgesOfVertex> edges_of_vertices(std::span<const Vector3<double>> positions,
+                                             std::span<const std::array<VertexId, 3>> faces) {
+  std::vector<EdgesOfVertex> edges(positions.size());
   for (const std::array<VertexId, 3>& face : faces)
     for (std::size_t side = 0; side < 3; ++side) {
       const VertexId a = face[side], b = face[(side + 1) % 3];
       if (a >= positions.size() || b >= positions.size()) continue;  // refused elsewhere
       const double length = distance(positions[a], positions[b]);
       if (!(length > 0)) continue;
-      shortest[a] = std::min(shortest[a], length);
-      shortest[b] = std::min(shortest[b], length);
+      for (const VertexId vertex : {a, b}) {
+        edges[vertex].shortest = std::min(edges[vertex].shortest, length);
+        edges[vertex].longest = std::max(edges[vertex].longest, length);
+      }
     }
-  return shortest;
+  return edges;
+}
+
+/// The distance from `number` to the next one of float32 that is farther from 0. Near 0 it has no
+/// lower bound that matters here.
+double step_of_float32(double number) {
+  const float size = std::fabs(static_cast<float>(number));
+  return double{std::nextafter(size, std::numeric_limits<float>::infinity())} - double{size};
+}
+
+/// The farthest that float32 may move a vertex that is near `p`.
+double farthest_move_near(const Vector3<double>& p) {
+  const Vector3<double> steps = {step_of_float32(p.x), step_of_float32(p.y), step_of_float32(p.z)};
+  return 0.5 * std::sqrt(dot(steps, steps));
+}
+
+void measure_finer_levels(std::span<const Vector3<double>> positions,
+                          std::span<const EdgesOfVertex> edges, int levels, Narrowing& result) {
+  for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
+    const Vector3<double>& p = positions[vertex];
+    if (!has_finite_numbers(as_floats(p)) || !(edges[vertex].longest > 0)) continue;
+    const double finest = std::ldexp(edges[vertex].longest, -levels);
+    if (!(farthest_move_near(p) > Narrowing::kMostOfFinestEdge * finest)) continue;
+    ++result.coarse;
+    const double step =
+        std::max({step_of_float32(p.x), step_of_float32(p.y), step_of_float32(p.z)});
+    if (step <= result.largest_step) continue;
+    result.largest_step = step;
+    result.finest_edge = finest;
+  }
 }
 
 std::string harm_text(const Narrowing& narrowing) {
@@ -66,16 +102,25 @@ std::string harm_text(const Narrowing& narrowing) {
   if (narrowing.merged > 0)
     add(fmt::format("gives {} vertices the positions of others", narrowing.merged));
   if (narrowing.outside > 0) add(fmt::format("has no number for {} vertices", narrowing.outside));
+  if (narrowing.coarse > 0)
+    add(fmt::format(
+        "has steps of {:.3g} where edges are {:.3g} long at level {} (around {} "
+        "vertices)",
+        narrowing.largest_step, narrowing.finest_edge, narrowing.levels, narrowing.coarse));
   return text;
 }
 
 }  // namespace
 
 Narrowing narrowing_of(std::span<const Vector3<double>> positions,
-                       std::span<const std::array<VertexId, 3>> faces) {
+                       std::span<const std::array<VertexId, 3>> faces, int levels) {
   Narrowing result;
-  if (fit_all(positions)) return result;
-  const std::vector<double> shortest = shortest_edges(positions, faces);
+  result.levels = levels;
+  const bool fit = fit_all(positions);
+  if (fit && levels == 0) return result;
+  const std::vector<EdgesOfVertex> edges = edges_of_vertices(positions, faces);
+  if (levels > 0) measure_finer_levels(positions, edges, levels, result);
+  if (fit) return result;
   std::vector<Vector3<double>> narrow(positions.size());
   PositionTable vertices(narrow);
   for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
@@ -87,8 +132,8 @@ Narrowing narrowing_of(std::span<const Vector3<double>> positions,
     }
     const double move = distance(narrow[vertex], positions[vertex]);
     result.farthest = std::max(result.farthest, move);
-    result.share_of_edge = std::max(result.share_of_edge, move / shortest[vertex]);
-    if (move > Narrowing::kMostOfEdge * shortest[vertex]) ++result.moved;
+    result.share_of_edge = std::max(result.share_of_edge, move / edges[vertex].shortest);
+    if (move > Narrowing::kMostOfEdge * edges[vertex].shortest) ++result.moved;
     const VertexId first = vertices.find_or_add(narrow[vertex], vertex);
     if (first != vertex && !(positions[first] == positions[vertex])) ++result.merged;
   }
@@ -96,11 +141,11 @@ Narrowing narrowing_of(std::span<const Vector3<double>> positions,
 }
 
 ComponentType precision_for(std::span<const Vector3<double>> positions,
-                            std::span<const std::array<VertexId, 3>> faces,
+                            std::span<const std::array<VertexId, 3>> faces, int levels,
                             std::optional<ComponentType> asked, std::string_view source,
                             std::vector<std::string>& warnings) {
   if (asked && *asked != ComponentType::kFloat32) return *asked;
-  const Narrowing narrowing = narrowing_of(positions, faces);
+  const Narrowing narrowing = narrowing_of(positions, faces, levels);
   if (!narrowing.harms()) return ComponentType::kFloat32;
   if (asked) {
     const std::string harm =
@@ -115,11 +160,11 @@ ComponentType precision_for(std::span<const Vector3<double>> positions,
   return ComponentType::kFloat64;
 }
 
-ComponentType precision_for(const IndexedMesh& mesh, std::optional<ComponentType> asked,
+ComponentType precision_for(const IndexedMesh& mesh, int levels, std::optional<ComponentType> asked,
                             std::optional<ComponentType> of_file, std::string_view source,
                             std::vector<std::string>& warnings) {
   if (!asked && of_file == ComponentType::kFloat64) return ComponentType::kFloat64;
-  return precision_for(mesh.positions, mesh.faces, asked, source, warnings);
+  return precision_for(mesh.positions, mesh.faces, levels, asked, source, warnings);
 }
 
 PLAIT_END_NAMESPACE

@@ -24,6 +24,8 @@ double as_float32(double number);
 struct Narrowing {
   /// A vertex may move by this part of the shortest edge there.
   static constexpr double kMostOfEdge = 1e-3;
+  /// A vertex of a finer level may move by this part of the edges of that level.
+  static constexpr double kMostOfFinestEdge = 1e-2;
 
   std::uint64_t moved = 0;    ///< vertices that move by more
   std::uint64_t merged = 0;   ///< vertices that get the position of one with another position
@@ -31,23 +33,33 @@ struct Narrowing {
   double farthest = 0;        ///< the largest move
   double share_of_edge = 0;   ///< the largest move in shortest edges there
 
-  bool harms() const { return moved + merged + outside > 0; }
+  /// Vertices around which the numbers of float32 lie so far apart that vertices of the finest
+  /// level move by more, even if those of the mesh itself do not move.
+  std::uint64_t coarse = 0;
+  double largest_step = 0;  ///< of float32 at such a vertex
+  double finest_edge = 0;   ///< the longest edge of the finest level there
+  int levels = 0;
+
+  bool harms() const { return moved + merged + outside + coarse > 0; }
 };
 
-/// Vertices that are not finite, and edges without length, do not count. O(V + F). Pinned by
-/// tests/engine/mesh/narrowing_test.cpp.
+/// What float32 does to `positions`, and to the vertices of `levels` finer levels. These lie
+/// between the vertices of a face and 2^levels times closer, so what counts is half the step of
+/// float32 at a vertex against the longest edge there (not the shortest: a needle of the mesh is
+/// not a matter of precision). Vertices that are not finite, and edges without length, do not
+/// count. O(V + F). Pinned by tests/engine/mesh/narrowing_test.cpp.
 Narrowing narrowing_of(std::span<const Vector3<double>> positions,
-                       std::span<const std::array<VertexId, 3>> faces);
+                       std::span<const std::array<VertexId, 3>> faces, int levels = 0);
 
 /// The type for the positions of a mesh: `asked`, or else `of_file` if that is float64, or else
-/// float32 unless that harms. Adds a line to `warnings` if that harms: what float32 does, and what
-/// keeps the positions.
-ComponentType precision_for(const IndexedMesh& mesh, std::optional<ComponentType> asked,
+/// float32 unless that harms the mesh or the `levels` finer levels that are made of it. Adds a line
+/// to `warnings` if that harms: what float32 does, and what keeps the positions.
+ComponentType precision_for(const IndexedMesh& mesh, int levels, std::optional<ComponentType> asked,
                             std::optional<ComponentType> of_file, std::string_view source,
                             std::vector<std::string>& warnings);
 /// The same for arrays.
 ComponentType precision_for(std::span<const Vector3<double>> positions,
-                            std::span<const std::array<VertexId, 3>> faces,
+                            std::span<const std::array<VertexId, 3>> faces, int levels,
                             std::optional<ComponentType> asked, std::string_view source,
                             std::vector<std::string>& warnings);
 

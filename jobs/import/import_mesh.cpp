@@ -111,7 +111,7 @@ void Import::read() {
   AttributedMesh read = read_attributed_mesh(request_.mesh, &warnings);
   if (request_.weld) result_.merged_vertices = weld(read, *request_.weld, source_, warnings);
   const ComponentType precision =
-      precision_for(read.mesh, request_.precision, read.precision, source_, warnings);
+      precision_for(read.mesh, 0, request_.precision, read.precision, source_, warnings);
   warn(std::exchange(warnings, {}));
   mesh_ = fine_mesh(std::move(read), precision, source_);
   result_.read_seconds = clock_.lap();

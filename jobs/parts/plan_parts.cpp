@@ -119,7 +119,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   const RegisteredBackend& backend = backends.find(plan.backend);
   check_new_directory(request.plan);
   BaseMesh mesh = read_base_mesh(request.mesh, &plan.warnings);
-  file.precision = precision_for(mesh.positions(), mesh.faces(), request.precision,
+  file.precision = precision_for(mesh.positions(), mesh.faces(), request.levels, request.precision,
                                  request.mesh.native(), plan.warnings);
   const AttributeSchema position{"position", file.precision, 3};
   const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};

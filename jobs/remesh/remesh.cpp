@@ -39,6 +39,14 @@ constexpr WorkPart kSampling = {0, 700}, kWriting = {700, 760}, kWritingAttribut
                    kEncoding = {800, 830}, kMeasuringStore = {830, 910},
                    kMeasuringScan = {910, 1000};
 
+/// How many levels the small faces are finer than those of the scan.
+int levels_finer_than(std::uint64_t scan_faces, const RemeshRequest& request) {
+  int levels = 0;
+  for (std::uint64_t faces = request.faces << (2 * request.levels); faces > scan_faces; faces /= 4)
+    ++levels;
+  return levels;
+}
+
 /// The store has attributes of its own.
 void leave_out_own_names(std::vector<MeshAttribute>& attributes, bool distances,
                          std::vector<std::string>& warnings) {
@@ -133,8 +141,8 @@ void ScanRun::read_scan() {
   if (request_.weld)
     report_.merged_vertices = weld(mesh, *request_.weld, request_.scan.native(), warnings);
   warn_of_values_not_finite(mesh.attributes, warnings);
-  report_.precision =
-      precision_for(mesh.mesh, request_.precision, {}, request_.scan.native(), warnings);
+  report_.precision = precision_for(mesh.mesh, levels_finer_than(mesh.mesh.faces.size(), request_),
+                                    request_.precision, {}, request_.scan.native(), warnings);
   report_.read_seconds = clock.lap();
   check_memory(mesh.mesh.faces.size());
   const auto go_on = [&] { progress_.begin("repair", 0); };

@@ -76,9 +76,11 @@ void SubdivisionJob::Implementation::read_mesh() {
   } else {
     mesh = std::get<BaseMesh>(std::exchange(request.mesh, BaseMesh()));
   }
-  if (!store)
+  const bool makes_levels = !plan.earlier || plan.earlier->level < request.levels;
+  if (makes_levels)
     plan.precision =
-        precision_for(mesh.positions(), mesh.faces(), request.precision, source, plan.warnings);
+        precision_for(mesh.positions(), mesh.faces(), request.levels,
+                      store ? plan.precision : request.precision, source, plan.warnings);
   plan.seam_vertices = seam_vertices_of(mesh);
   if (plan.seam_vertices > 0)
     plan.warnings.push_back(fmt::format("{}: {}", source, seam_text(plan.seam_vertices)));

@@ -23,7 +23,8 @@ def create(vertices, faces, path=None, backend=None, dtype=None, layout="given",
     drops vertices that no triangle uses, and warns of that.
     path: a directory that does not exist; None: only in memory. With a path, the store is committed.
     dtype: float32 or float64, of the attribute "position"; None: float32, or float64 with a warning if
-    float32 would move a vertex by more than a thousandth of the shortest edge there.
+    float32 would move a vertex by more than a thousandth of the shortest edge there, or is too coarse
+    for three levels below base_level.
     layout: "given": face f of yours is patch f; "auto", which None also means, or another layout puts faces that are near each
     other beside each other, so that boxes of a large store are fast to read: store.input then tells
     where each face is. base_level: so often the mesh is refined in memory, which makes four patches of

@@ -32,8 +32,8 @@ IndexedMesh ground(const Vector3<double>& origin, double step, VertexId n = 8) {
 }
 
 ComponentType chosen(const IndexedMesh& mesh, std::optional<ComponentType> asked,
-                     std::vector<std::string>& warnings) {
-  return precision_for(mesh, asked, {}, "ground", warnings);
+                     std::vector<std::string>& warnings, int levels = 0) {
+  return precision_for(mesh, levels, asked, {}, "ground", warnings);
 }
 
 }  // namespace
@@ -66,6 +66,37 @@ TEST_CASE("PrecisionFor_MeshThatFloat32Has_IsFloat32WithoutAWord") {
   CHECK(chosen(ground({0.1, 0.2, 0.3}, 0.1), {}, warnings) == ComponentType::kFloat32);
   CHECK(chosen(ground({1e6, 1e6, 0}, 1), {}, warnings) == ComponentType::kFloat32);
   CHECK(chosen(ground({432100, 5412345, 0}, 1000), {}, warnings) == ComponentType::kFloat32);
+  CHECK(warnings.empty());
+}
+
+TEST_CASE("PrecisionFor_FinerLevelsThatFloat32CannotTellApart_IsFloat64AndSaysWhy") {
+  // Whole numbers, so that float32 has the mesh itself; its step there is 0.5.
+  const IndexedMesh far = ground({5000000, 400000, 0}, 10);
+  IndexedMesh whole = far;
+  for (Vector3<double>& p : whole.positions) p.z = 0;
+  std::vector<std::string> warnings;
+  CHECK(chosen(whole, {}, warnings, 0) == ComponentType::kFloat32);
+  CHECK(warnings.empty());
+  CHECK(chosen(whole, {}, warnings, 6) == ComponentType::kFloat64);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0],
+             Contains("positions are float64, because float32 has steps of 0.5 where edges are "
+                      "0.221 long at level 6 (around 81 vertices)"));
+  warnings.clear();
+  CHECK(chosen(whole, ComponentType::kFloat32, warnings, 6) == ComponentType::kFloat32);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Contains("precision float64"));
+}
+
+TEST_CASE("PrecisionFor_DeepLevelsAroundTheOrigin_AreFloat32") {
+  std::vector<std::string> warnings;
+  CHECK(chosen(shapes::octahedron(), {}, warnings, 15) == ComponentType::kFloat32);
+  CHECK(chosen(ground({0, 0, 0}, 0.125), {}, warnings, 12) == ComponentType::kFloat32);
+  // One needle says nothing about precision.
+  IndexedMesh needle = ground({0, 0, 0}, 0.125);
+  for (Vector3<double>& p : needle.positions) p.z = 0;
+  needle.positions[1].x = 0x1p-16;
+  CHECK(chosen(needle, {}, warnings, 6) == ComponentType::kFloat32);
   CHECK(warnings.empty());
 }
 
