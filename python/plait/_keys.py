@@ -4,6 +4,8 @@ import operator
 
 import numpy as np
 
+from . import _records
+
 
 def _is_truth(each):
     return isinstance(each, (bool, np.bool_)) or (
@@ -11,8 +13,9 @@ def _is_truth(each):
 
 
 def _array_of(each):
-    """A list as numpy takes it: an empty one has whole numbers."""
-    array = np.asarray(each)
+    """A list as numpy takes it: an empty one has whole numbers. What a masked array hides picks nothing
+    and leaves nothing out, so it is refused."""
+    array = _records.unmasked("key", each)
     if array.size == 0 and not isinstance(each, np.ndarray):
         return array.astype(np.intp)
     if array.dtype != bool and array.dtype.kind not in "iu":

@@ -148,3 +148,13 @@ def test_arrays_of_the_caller_are_not_kept():
         mine[0] = 7
         assert kept[0] == 3
         mine[0] = 3
+
+
+def test_masked_keys_are_refused():
+    """What a masked array hides picks nothing and leaves nothing out: numpy takes what lies under it."""
+    with make(icosahedron(), levels=1) as store:
+        level = store["position"][1]
+        points = np.ma.masked_greater(level[:], 0.5)
+        for key in (points[:, 0] > 0, np.ma.masked_equal([0, 1, 2], 1)):
+            with pytest.raises(plait.InvalidArgument, match="key: .* that are masked"):
+                level[key]
