@@ -14,6 +14,7 @@
 #include "guard.h"
 #include "handles.h"
 #include "mesh/narrowing.h"
+#include "mesh/weld.h"
 #include "plait.h"
 #include "plait/extend/edge_index.h"
 #include "plait/mesh_io.h"
@@ -97,6 +98,10 @@ plait_store* create(const char* path, const plait_store_options* given, const Ma
 
   std::vector<std::string> warnings;
   BaseMesh mesh = make_mesh(&warnings);
+  if (const std::uint64_t seams = seam_vertices_of(mesh); seams > 0)
+    warnings.push_back(fmt::format("create: {}", seam_text(seams,
+                                                           "one number for each such place "
+                                                           "closes them")));
   ComponentType precision = ComponentType::kFloat32;
   if (wanted.position_type != PLAIT_NO_POSITIONS)
     precision = precision_for(mesh.positions(), mesh.faces(),

@@ -2,10 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "base/text.h"
 #include "io/machine.h"
+#include "mesh/weld.h"
+#include "plait/mesh_io.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+BaseMesh mesh_of_file(const std::filesystem::path& file, std::optional<double> weld,
+                      std::uint64_t& merged, std::vector<std::string>& warnings) {
+  if (!weld) return read_base_mesh(file, &warnings);
+  AttributedMesh read{read_indexed_mesh(file, &warnings)};
+  merged = plait::weld(read, *weld, file.native(), warnings);
+  return BaseMesh::build(std::move(read.mesh), file.native(), &warnings);
+}
 
 Compression compression_of(const std::vector<std::string>& texts) {
   Compression compression;

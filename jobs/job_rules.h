@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "plait/base_mesh.h"
 #include "plait/compression.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/rounding.h"
@@ -19,9 +21,21 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 inline constexpr std::string_view kNoIndexHelp =
     "Leave out the file base.index: opening the store then computes its base mesh again";
 
+/// Of the option --block of all commands that make a store, and of those that copy one.
+inline constexpr std::string_view kBlockHelp =
+    "Unit of I/O, a power of two; default 64KiB, or 256KiB with a backend that compresses";
+inline constexpr std::string_view kBlockOfCopyHelp =
+    "Unit of I/O, a power of two; default: as in the source, or the default of the new backend if "
+    "the source has that of its own";
+
 /// Slots of positions are at most this large, unless the user says otherwise: a job takes a finer
 /// base mesh until they are.
 inline constexpr std::uint64_t kLargestSlotBytes = 16 << 10;
+
+/// The base mesh of a file, whose vertices are welded first if `weld` is set. `merged` counts those
+/// that became others.
+BaseMesh mesh_of_file(const std::filesystem::path& file, std::optional<double> weld,
+                      std::uint64_t& merged, std::vector<std::string>& warnings);
 
 /// What the texts of an option `compress` choose. Errors: as Compression::add().
 Compression compression_of(const std::vector<std::string>& texts);

@@ -33,6 +33,8 @@ std::string pass_text(const nlohmann::ordered_json& report) {
     text += fmt::format(", seed {}", report["seed"].get<std::uint64_t>());
   if (report.contains("largest_move"))
     text += fmt::format("; the longest way is {:.4g}", report["largest_move"].get<double>());
+  if (const std::uint64_t rounded = report.value("rounded", std::uint64_t{0}); rounded > 0)
+    text += fmt::format(" ({} vertices go another way than asked: rounding)", rounded);
   if (report.contains("diagonal"))
     text += fmt::format(", the diagonal {:.4g}", report["diagonal"].get<double>());
   return text + fmt::format("; new: {}; version {}, {}, {:.2f} s\n",

@@ -25,8 +25,14 @@ void add_names(std::vector<CellFigures>& cells) {
       return figures.cell.*option != cells.front().cell.*option;
     });
   };
-  const bool block = varies(&MeasuredCell::block_bytes), threads = varies(&MeasuredCell::threads),
-             budget = varies(&MeasuredCell::budget);
+  // Backends have block sizes of their own, which say nothing.
+  const bool block = std::ranges::any_of(cells, [&](const CellFigures& figures) {
+    return std::ranges::any_of(cells, [&](const CellFigures& other) {
+      return figures.cell.backend == other.cell.backend &&
+             figures.cell.block_bytes != other.cell.block_bytes;
+    });
+  });
+  const bool threads = varies(&MeasuredCell::threads), budget = varies(&MeasuredCell::budget);
   for (CellFigures& figures : cells) {
     const MeasuredCell& cell = figures.cell;
     std::string& name = figures.name = way_of(cell);

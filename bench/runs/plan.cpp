@@ -152,14 +152,14 @@ void replace_auto(Cell& cell, const BackendRegistry& backends, Plan& plan) {
 }
 
 /// The rest is for the page cache and the process. A quarter would be too little for `default` with
-/// blocks of 1 MiB in 64 MiB: to read one of its blocks takes the blocks that it is encoded from.
+/// blocks of 256 KiB in 16 MiB: to read one of its blocks takes the blocks that it is encoded from.
 std::uint64_t budget_of(std::uint64_t memory_bytes) { return memory_bytes / 8 * 3; }
 
 /// A fused build keeps several blocks of each level open, so the budget has room for 16.
-std::vector<std::uint64_t> blocks_of(const PlanRequest& request, std::uint64_t memory_bytes) {
-  if (!request.blocks.empty()) return request.blocks;
-  constexpr std::uint64_t kLeast = 4 << 10, kMost = 1 << 20;
-  return {std::clamp(std::bit_floor(budget_of(memory_bytes) / 16), kLeast, kMost)};
+std::uint64_t usual_block_bytes(const Cell& cell, const BackendRegistry& backends) {
+  constexpr std::uint64_t kLeast = 4 << 10;
+  return std::clamp(std::bit_floor(cell.budget_bytes / 16), kLeast,
+                    default_block_bytes(backends.find(cell.backend).traits));
 }
 
 }  // namespace
@@ -191,9 +191,12 @@ Plan make_plan(const PlanRequest& request, const BackendRegistry& backends) {
   const std::vector<Subject> all = subjects(request, backends, plan);
   const std::vector<const Workload*> wanted = workloads_of(request);
   plan.disks = disks_of(request);
+  const std::vector<std::uint64_t> blocks =
+      request.blocks.empty() ? std::vector<std::uint64_t>{0} : request.blocks;
   std::map<std::string, std::size_t> keys;
   const auto add = [&](Cell cell) {
     if (cell.backend == kAuto) replace_auto(cell, backends, plan);
+    if (cell.block_bytes == 0) cell.block_bytes = usual_block_bytes(cell, backends);
     const auto [same, is_new] = keys.try_emplace(key_of(cell), plan.cells.size());
     if (is_new)
       plan.cells.push_back(std::move(cell));
@@ -203,7 +206,7 @@ Plan make_plan(const PlanRequest& request, const BackendRegistry& backends) {
   for (const PlannedDisk& disk : plan.disks)
     for (const std::uint64_t memory : request.memory)
       for (const Size& size : sizes_of(request, memory))
-        for (const std::uint64_t block : blocks_of(request, memory))
+        for (const std::uint64_t block : blocks)
           for (const int threads : request.threads)
             for (const Subject& subject : all)
               for (const Workload* const workload : wanted) {

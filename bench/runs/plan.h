@@ -44,7 +44,7 @@ struct PlanRequest {
   std::uint64_t vertices = 0;       ///< of a torus as base mesh; 0: from the sizes
   int levels = 4;
   std::vector<std::uint64_t> memory = {256u << 20};
-  /// Empty: for each memory 1 MiB, or less if the budget has no room for 16 such blocks.
+  /// Empty: the default of each backend, or less if the budget has no room for 16 such blocks.
   std::vector<std::uint64_t> blocks;
   std::vector<double> sizes = {0.5, 3};  ///< bytes of the levels over memory
   std::vector<int> threads = {1};

@@ -21,13 +21,17 @@ namespace fs = std::filesystem;
 constexpr double kLeastReadSeconds = 0.3;
 constexpr int kMostReads = 8;
 
-StoreOptions options_of_copy(const Store& source, const Choice& choice, Reads reads) {
+StoreOptions options_of_copy(const Store& source, const Choice& choice, Reads reads,
+                             const BackendRegistry& backends) {
   StoreOptions options = source.options();
   options.backend = choice.backend;
   options.pipeline = {};
   options.pipeline_of = {};
   options.durability = reads == Reads::kCold ? Durability::kCommit : Durability::kNone;
-  if (choice.block_bytes > 0) options.block_bytes = choice.block_bytes;
+  options.block_bytes = choice.block_bytes > 0
+                            ? choice.block_bytes
+                            : block_bytes_of_copy(source.info().backend, options.block_bytes,
+                                                  backends.find(choice.backend).traits);
   if (!choice.compress.empty())
     options.pipeline_of = [compression = compression_of(choice)](const AttributeSchema& schema) {
       return compression.pipeline_of(schema);
@@ -172,8 +176,9 @@ CopyRun store_and_read(Store& source, const Choice& choice, const fs::path& path
   const std::uint64_t budget = source.options().budget_bytes;
   try {
     const Stopwatch clock;
-    Store copy = Store::create(path, source.base(), options_of_copy(source, choice, reads),
-                               backends, source.provenance());
+    Store copy =
+        Store::create(path, source.base(), options_of_copy(source, choice, reads, backends),
+                      backends, source.provenance());
     copy_all(source, copy, proceed, run);
     copy.commit();
     run.write_seconds = clock.seconds();
@@ -198,7 +203,7 @@ Store coarse_levels_in_memory(const Store& source, std::uint64_t most_bytes,
   while (finest < source.finest_level() && bytes_to_level(source, finest + 1) <= most_bytes)
     ++finest;
   const StoreOptions options =
-      options_of_copy(source, choice_of_preset("none", "memory"), Reads::kWarmOnly);
+      options_of_copy(source, choice_of_preset("none", "memory"), Reads::kWarmOnly, backends);
   Store copy = Store::create({}, source.base(), options, backends);
   for (const AttributeId id : refined_attributes(source)) {
     const auto& [schema, own_finest] = source.attributes()[id];

@@ -128,7 +128,6 @@ enum {
  * is told. */
 #define PLAIT_AUTOMATIC_POSITIONS (-1)
 #define PLAIT_AUTOMATIC_THREADS (-1) /* io_threads: the library chooses */
-#define PLAIT_DEFAULT_BLOCK_BYTES (UINT64_C(1) << 20)
 #define PLAIT_DEFAULT_BUDGET_BYTES (UINT64_C(256) << 20)
 
 typedef int32_t plait_event_kind;
@@ -168,8 +167,10 @@ typedef struct plait_store_options {
   const char* pipeline;    /* such as "shuffle,zstd:1"; NULL: the default of the backend */
   const char* layout;      /* the order of the faces; NULL: "auto" */
   const char* base_scheme; /* the scheme that refines the mesh to base_level; NULL: "loop" */
-  uint64_t block_bytes;    /* unit of I/O: 4 KiB to 1 GiB, a power of two */
-  uint64_t budget_bytes;   /* the most memory for blocks; at least 64 KiB */
+  /* Unit of I/O: 4 KiB to 1 GiB, a power of two; 0: 64 KiB, or 256 KiB if the backend compresses.
+   * plait_store_info has the size that the store has. */
+  uint64_t block_bytes;
+  uint64_t budget_bytes; /* the most memory for blocks; at least 64 KiB */
   /* For backend "auto": the bytes that all levels will have, before compression; 0: few, or not
    * known. A store without a path gets "memory", one with a pipeline "compressed", one that is
    * large compared with the memory "uring" where it can run; others get "pread". */
@@ -188,11 +189,11 @@ typedef struct plait_store_options {
   plait_parallel_for parallel_for;
   void* parallel_user; /* for `parallel_for` */
 } plait_store_options;
-#define PLAIT_STORE_OPTIONS_INIT                                                              \
-  {                                                                                           \
-    sizeof(plait_store_options), NULL, NULL, NULL, NULL, PLAIT_DEFAULT_BLOCK_BYTES,           \
-        PLAIT_DEFAULT_BUDGET_BYTES, 0, NULL, NULL, 0, PLAIT_AUTOMATIC_THREADS, PLAIT_FLOAT32, \
-        PLAIT_DURABILITY_COMMIT, NULL, NULL, 0, NULL, NULL                                    \
+#define PLAIT_STORE_OPTIONS_INIT                                                                 \
+  {                                                                                              \
+    sizeof(plait_store_options), NULL, NULL, NULL, NULL, 0, PLAIT_DEFAULT_BUDGET_BYTES, 0, NULL, \
+        NULL, 0, PLAIT_AUTOMATIC_THREADS, PLAIT_FLOAT32, PLAIT_DURABILITY_COMMIT, NULL, NULL, 0, \
+        NULL, NULL                                                                               \
   }
 
 /* Options of plait_store_open(). */

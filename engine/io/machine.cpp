@@ -100,6 +100,7 @@ std::uint64_t free_disk_bytes(const std::filesystem::path& path) {
     if ((errno != ENOENT && errno != ENOTDIR) || !at.has_relative_path()) return kAny;
     at = at.parent_path();
   }
+  if (status.f_blocks == 0) return kAny;  // the file system does not know, as many of FUSE
   return static_cast<std::uint64_t>(status.f_bavail) * status.f_frsize;
 }
 

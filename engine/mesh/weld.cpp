@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <unordered_map>
 
 #include "mesh/position_table.h"
@@ -148,12 +149,25 @@ std::uint64_t coinciding_vertices(const std::vector<Vector3<double>>& positions,
   return count;
 }
 
-std::string seam_text(std::uint64_t vertices) {
+std::uint64_t seam_vertices_of(const BaseMesh& mesh) {
+  std::vector<VertexId> on_border;
+  for (const EdgeId edge : mesh.border_edges()) {
+    on_border.push_back(mesh.edges()[edge].start);
+    on_border.push_back(mesh.edges()[edge].end);
+  }
+  std::ranges::sort(on_border);
+  on_border.erase(std::unique(on_border.begin(), on_border.end()), on_border.end());
+  std::vector<Vector3<double>> positions;
+  for (const VertexId vertex : on_border) positions.push_back(mesh.positions()[vertex]);
+  std::iota(on_border.begin(), on_border.end(), VertexId{0});
+  return coinciding_vertices(positions, on_border);
+}
+
+std::string seam_text(std::uint64_t vertices, std::string_view remedy) {
   if (vertices == 0) return {};
   return fmt::format(
-      "{} vertices have positions that others have: seams, where the surface is open (--weld makes "
-      "them one)",
-      vertices);
+      "{} vertices have positions that others have: seams, where the surface is open ({})",
+      vertices, remedy);
 }
 
 std::uint64_t weld(AttributedMesh& read, double tolerance, std::string_view source,

@@ -19,8 +19,11 @@ PLAIT_BEGIN_NAMESPACE
 std::uint64_t coinciding_vertices(const std::vector<Vector3<double>>& positions,
                                   std::span<const VertexId> vertices);
 
+/// How many vertices of borders have the position of another one of these.
+std::uint64_t seam_vertices_of(const BaseMesh& mesh);
+
 /// "N vertices have positions that others have: seams", and what closes them. Empty for 0.
-std::string seam_text(std::uint64_t vertices);
+std::string seam_text(std::uint64_t vertices, std::string_view remedy = "--weld makes them one");
 
 /// Each vertex that is at most `tolerance` from an earlier one that stays becomes the nearest such
 /// one; 0: only if the positions are equal. The vertices that stay are numbered anew, in their

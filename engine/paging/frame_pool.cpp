@@ -13,12 +13,12 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::size_t kMostSlabBytes = std::size_t{8} << 20;
-constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{256} << 10;
+constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{16} << 10;
 constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the budget must have room
 /// A slab is mapped to the end of a huge page if that wastes at most one byte in this number.
 constexpr std::size_t kBytesOfWaste = 128;
 /// Each bare frame may be a mapping of its own, and Linux allows a process 65,530 of them.
-constexpr std::size_t kMostSlabs = 1024;
+constexpr std::size_t kMostFramesOfSlabs = 32768;
 // The address sanitizer would not see accesses beyond a frame.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kHasSlabs = false;
@@ -65,6 +65,7 @@ void FramePool::release() noexcept {
   }
   for (const Slab& slab : slabs_) ::munmap(slab.memory, slab.bytes);
   slabs_.clear();
+  frames_of_slabs_ = 0;
   idle_bytes_ = 0;
 }
 
@@ -72,7 +73,8 @@ std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
   if (!kHasSlabs || bytes < kLeastFrameOfSlab || bytes > kMostSlabBytes) return nullptr;
   const auto [frames, slab_bytes, other_bytes] =
       slab_shape(bytes, std::min<std::uint64_t>(kMostSlabBytes, budget_bytes() / kLeastSlabs));
-  if (frames == 0 || used_bytes_ + frames * bytes > budget_bytes() || slabs_.size() == kMostSlabs)
+  if (frames == 0 || used_bytes_ + frames * bytes > budget_bytes() ||
+      frames_of_slabs_ + frames > kMostFramesOfSlabs)
     return nullptr;
   size.fresh.reserve(frames);
   size.bare.reserve(size.in_slabs + frames);
@@ -90,6 +92,7 @@ std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
   slabs_.insert(std::ranges::upper_bound(slabs_, memory, {}, &Slab::memory),
                 Slab{memory, slab_bytes, frames, 0});
   size.in_slabs += frames;
+  frames_of_slabs_ += frames;
   for (std::size_t frame = frames; frame-- > 1;) size.fresh.push_back(memory + frame * bytes);
   idle_bytes_ += (frames - 1) * bytes;
   return memory;
@@ -111,6 +114,7 @@ void FramePool::free_idle(Size& size, std::byte* memory, std::uint64_t bytes) no
       return frame >= slab->memory && frame < slab->memory + slab->bytes;
     });
     size.in_slabs -= slab->frames;
+    frames_of_slabs_ -= slab->frames;
     ::munmap(slab->memory, slab->bytes);
     slabs_.erase(slab);
     return;

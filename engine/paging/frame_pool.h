@@ -98,6 +98,7 @@ class FramePool {
   std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
   std::map<std::uint64_t, Size> sizes_;  ///< those that were prepared
   std::vector<Slab> slabs_;              ///< by address
+  std::size_t frames_of_slabs_ = 0;
 };
 
 PLAIT_END_NAMESPACE

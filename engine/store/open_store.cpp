@@ -36,7 +36,7 @@ StoreUuid random_uuid() {
 }
 
 void check_options(const StoreOptions& options, const Provenance& provenance) {
-  check_block_bytes(options.block_bytes, "create store");
+  if (options.block_bytes != 0) check_block_bytes(options.block_bytes, "create store");
   if (provenance.base_level < 0 || provenance.base_level > kMaxLevel)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("create store: base level {}, expected 0 to {}", provenance.base_level,
@@ -206,6 +206,8 @@ Store Store::create(const std::filesystem::path& path, LaidOutMesh mesh,
         backends.choose({path, options.expected_bytes, names_pipelines(options), {}}).name;
   state->backend = backends.find(state->options.backend);
   state->backend.check_machine();
+  if (options.block_bytes == 0)
+    state->options.block_bytes = default_block_bytes(state->backend.traits);
   if (path.empty() == state->backend.traits.durable)
     throw Error(ErrorCode::kInvalidArgument,
                 path.empty()

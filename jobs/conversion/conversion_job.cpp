@@ -72,7 +72,7 @@ void choose_options(const ConversionRequest& request, const Store& source,
   for (const AttributeInfo& info : source.attributes())
     backend.check_pipelines(
         options.pipeline_of ? options.pipeline_of(info.schema) : *options.pipeline, info.schema);
-  set_common_options(choices, options);
+  set_common_options(choices, source, backend.traits, options);
   options.parallel_for = request.parallel_for;
   options.base_index = std::nullopt;
   if (request.no_index) options.base_index = false;

@@ -44,8 +44,7 @@ Job convert_job() {
              "The backend of the copy (see below); auto: chosen by its size; default: as in INPUT");
   table.compress(&ConvertArguments::compress);
   table.max_error(&ConvertArguments::max_error);
-  table.bytes("block", &ConvertArguments::block_bytes,
-              "Unit of I/O, a power of two; default: as in INPUT");
+  table.bytes("block", &ConvertArguments::block_bytes, std::string(kBlockOfCopyHelp));
   table.flag("no-index", &ConvertArguments::no_index, std::string(kNoIndexHelp));
   table.bytes("memory", &ConvertArguments::budget_bytes,
               "Budget for blocks in memory, half of it for each store");

@@ -39,8 +39,12 @@ const RegisteredBackend& find_backend_of_copy(const CopyChoices& choices,
   return found;
 }
 
-void set_common_options(const CopyChoices& choices, StoreOptions& options) {
-  if (choices.block_bytes != 0) options.block_bytes = choices.block_bytes;
+void set_common_options(const CopyChoices& choices, const Store& source,
+                        const BackendTraits& traits, StoreOptions& options) {
+  options.block_bytes =
+      choices.block_bytes != 0
+          ? choices.block_bytes
+          : block_bytes_of_copy(source.info().backend, source.options().block_bytes, traits);
   options.budget_bytes = choices.budget_bytes / 2;
   options.durability = Durability::kCommit;
 }

@@ -30,7 +30,9 @@ BackendChoice choose_backend_of_copy(const CopyChoices& choices, const Store& so
 const RegisteredBackend& find_backend_of_copy(const CopyChoices& choices,
                                               const std::string& backend, const char* verb,
                                               const BackendRegistry& backends);
-/// Sets the block size, the budget and the durability of the copy.
-void set_common_options(const CopyChoices& choices, StoreOptions& options);
+/// Sets the block size, the budget and the durability of the copy. `traits` are those of its
+/// backend.
+void set_common_options(const CopyChoices& choices, const Store& source,
+                        const BackendTraits& traits, StoreOptions& options);
 
 PLAIT_END_NAMESPACE

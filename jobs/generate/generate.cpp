@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -64,12 +65,13 @@ IndexedMesh generate(GeneratorKind kind, std::uint64_t vertices, std::uint64_t s
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("generate {}: expected {} to {} vertices, found {}", to_string(kind),
                             fewest, most, vertices));
-  // Some steps are repeated. The reported fraction must not fall then.
-  double reached = -1;
+  // Some steps are repeated. The reported fraction must not fall then, but a call that is cancelled
+  // ends in a repeated step too.
+  double reached = 0;
   const GeneratorProgress report = [&](double fraction) {
-    if (!progress || fraction <= reached) return;
-    reached = fraction;
-    progress(fraction);
+    if (!progress) return;
+    reached = std::max(reached, fraction);
+    progress(reached);
   };
   report(0);
   IndexedMesh mesh = make(kind, vertices, seed, generation::Progress(report));

@@ -72,7 +72,7 @@ Job import_job() {
           },
           "Order of edges on disk: auto, given, spatial, hilbert or rcm")
       .by_default("auto");
-  table.bytes("block", &ImportArguments::block_bytes, "Unit of I/O, a power of two");
+  table.bytes("block", &ImportArguments::block_bytes, std::string(kBlockHelp));
   table.bytes("max-slot", &ImportArguments::max_slot_bytes,
               fmt::format("Largest slot of positions: take a finer base mesh until all slots fit; "
                           "default {}",

@@ -227,18 +227,20 @@ AttributeId make_result(Store& store, const Pass& pass, const VisitOptions& opti
   const AttributeId made = add_result(store, result);
   const std::string into = store.attributes()[made].schema.name;
   const VisitOptions how = visits.visit(pass.name);
+  Moves moves;
   if (pass.kernel)
     pass.kernel(store, into, how);
   else if (pass.name == kSmooth)
-    figures.largest_move = smooth_positions(store, into, pass.factor, how);
+    moves = smooth_positions(store, into, pass.factor, how);
   else if (pass.name == kNoise)
-    figures.largest_move =
-        add_noise(store, into, pass.amplitude * figures.diagonal, pass.seed, how);
+    moves = add_noise(store, into, pass.amplitude * figures.diagonal, pass.seed, how);
   else if (pass.name == kFractal)
-    figures.largest_move = add_fractal(store, into, pass.amplitude * figures.diagonal, pass.seed,
-                                       measured.box, measured.waves, how);
+    moves = add_fractal(store, into, pass.amplitude * figures.diagonal, pass.seed, measured.box,
+                        measured.waves, how);
   else
     make_normals(store, kPosition, into, how);
+  figures.largest_move = moves.longest;
+  figures.rounded_moves = moves.rounded;
   if (of_normals) {
     // The old normals go first: their blocks may be made from the positions that go then.
     const AttributeId normals = add_result(store, *of_normals);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -21,6 +22,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr double kFractalAmplitude = 0.005;
+/// Fewer ways that the type of the positions rounds than one in ten vertices are in the report
+/// only: small ways are among those of any noise.
+constexpr std::uint64_t kLeastRounded = 10;
 
 struct PassArguments : ConversionRequest {
   Pass pass;
@@ -65,6 +69,16 @@ MadePass make_pass(Store& store, const PassArguments& arguments, const JobWatch&
   if (watch.step) watch.step("pass");
   visit.progress = watch.progress;
   result.figures = run_pass(store, pass, visit);
+  const std::uint64_t vertices =
+      counts_at_level(store.base(), store.finest_level() - store.base_level()).vertices;
+  if (const std::uint64_t rounded = result.figures.rounded_moves;
+      rounded > vertices / kLeastRounded && watch.warn)
+    watch.warn(fmt::format(
+        "pass '{}': {} of {} vertices go another way than asked, by more than half of it, because "
+        "{} has no nearer numbers there: a larger amplitude, or a store made with --precision "
+        "float64, keeps the ways",
+        pass.name, rounded, vertices,
+        to_string(store.attributes()[store.attribute("position")].schema.type)));
   return result;
 }
 
@@ -110,6 +124,7 @@ JobReport run(PassArguments& arguments, const JobCall& call) {
   const PassFigures& figures = result.figures;
   if (pass.name == "noise" || pass.name == "fractal") report["diagonal"] = figures.diagonal;
   if (pass.name != "normals") report["largest_move"] = figures.largest_move;
+  if (pass.name == "noise" || pass.name == "fractal") report["rounded"] = figures.rounded_moves;
   if (pass.name == "fractal") {
     report["mean_edge"] = figures.mean_edge;
     report["wavelengths"] = figures.wavelengths;
@@ -149,8 +164,7 @@ Job pass_job() {
   table.text("backend", &PassArguments::backend,
              "The backend of OUT (see below); auto: chosen by its size; default: as in STORE");
   table.compress(&PassArguments::compress);
-  table.bytes("block", &PassArguments::block_bytes,
-              "Unit of I/O of OUT, a power of two; default: as in STORE");
+  table.bytes("block", &PassArguments::block_bytes, fmt::format("With OUT: {}", kBlockOfCopyHelp));
   table.bytes("memory", &PassArguments::budget_bytes,
               "Budget for blocks in memory; with OUT, half of it for each store");
   table.threads(&PassArguments::threads, "Threads that compute");

@@ -9,6 +9,7 @@
 #include "format/file_names.h"
 #include "job_rules.h"
 #include "mesh/narrowing.h"
+#include "mesh/weld.h"
 #include "parts/calibrate.h"
 #include "parts/cuts.h"
 #include "parts/part_work.h"
@@ -68,7 +69,7 @@ void check_request(const PartsRequest& request) {
                 fmt::format("plan parts: scheme {} has no limit positions", scheme.name));
   if (request.parts == 0)
     throw Error(ErrorCode::kInvalidArgument, "plan parts: expected at least 1 part, found 0");
-  check_block_bytes(request.block_bytes, "plan parts");
+  if (request.block_bytes != 0) check_block_bytes(request.block_bytes, "plan parts");
 }
 
 }  // namespace
@@ -118,9 +119,18 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   plan.backend = request.pipeline_of ? "compressed" : "pread";
   const RegisteredBackend& backend = backends.find(plan.backend);
   check_new_directory(request.plan);
-  BaseMesh mesh = read_base_mesh(request.mesh, &plan.warnings);
+  constexpr std::uint64_t kSteps = 4;
+  const auto go_on = [&](std::uint64_t step) {
+    if (request.progress && !request.progress({"plan", step, kSteps}))
+      throw Error(ErrorCode::kCancelled, "plan parts: cancelled");
+  };
+  go_on(0);
+  BaseMesh mesh = mesh_of_file(request.mesh, request.weld, plan.merged_vertices, plan.warnings);
+  if (const std::uint64_t seams = seam_vertices_of(mesh); seams > 0)
+    plan.warnings.push_back(fmt::format("{}: {}", request.mesh.native(), seam_text(seams)));
   file.precision = precision_for(mesh.positions(), mesh.faces(), request.levels, request.precision,
                                  request.mesh.native(), plan.warnings);
+  go_on(1);
   const AttributeSchema position{"position", file.precision, 3};
   const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};
   if (request.pipeline_of) {
@@ -138,6 +148,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
         fmt::format("plan parts: level {} is {} levels over the base mesh, expected 1 to {} "
                     "(--max-slot)",
                     plan.levels, over_base, kMostFusedLevels));
+  go_on(2);
   if (plan.base_level > 0) mesh = rebase(mesh, plan.base_level, request.scheme, file.precision);
   LaidOutMesh laid_out = lay_out(mesh, request.layout);
   mesh = std::move(laid_out.mesh);
@@ -156,11 +167,13 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   file.layout = to_string(laid_out.kind);
   file.normals = request.normals;
   file.limit = request.limit;
-  file.block_bytes = request.block_bytes;
+  file.block_bytes =
+      request.block_bytes != 0 ? request.block_bytes : default_block_bytes(backend.traits);
 
   const PartCost cost = cost_of_subdivision(file);
   add_figures(file, mesh, cut_edges(mesh.topology(), request.parts, cost));
   const bool has_index = wants_index({}, mesh);
+  go_on(3);
 
   if (request.before_files) request.before_files();
   make_new_directory(

@@ -39,8 +39,8 @@ void check_kind(const PlanArguments& arguments, const JobOptions& options) {
         throw JobError(ErrorCode::kInvalidArgument, fmt::format("plan: {}", reason), name);
   };
   const auto refuse_options_of_subdivision = [&](const char* reason) {
-    refuse_any({"levels", "parts", "scheme", "precision", "normals", "limit", "layout", "compress",
-                "block", "max-slot", "calibrate"},
+    refuse_any({"levels", "parts", "scheme", "precision", "weld", "normals", "limit", "layout",
+                "compress", "block", "max-slot", "calibrate"},
                reason);
   };
   const auto refuse_options_of_pass = [&](const char* reason) {
@@ -182,6 +182,7 @@ void add_subdivision_options(JobTable<PlanArguments>& table) {
       fmt::format("The scheme; default {}", to_string(Scheme())));
   table.precision(&PlanArguments::precision,
                   "Type of the positions; auto: float32, or float64 where that would move them");
+  table.weld(&PlanArguments::weld);
   table.flag("normals", &PlanArguments::normals, "Also compute unit normals");
   table.flag("limit", &PlanArguments::limit,
              "Project positions to the limit surface, if the scheme has one");
@@ -192,7 +193,7 @@ void add_subdivision_options(JobTable<PlanArguments>& table) {
       },
       "Order of edges: given, spatial, hilbert or rcm; default hilbert");
   table.compress(&PlanArguments::compress);
-  table.bytes("block", &PlanArguments::block_bytes, "Unit of I/O, a power of two");
+  table.bytes("block", &PlanArguments::block_bytes, std::string(kBlockHelp));
   table.bytes("max-slot", &PlanArguments::max_slot_bytes,
               fmt::format("Largest slot of positions: refine the base mesh in memory until all "
                           "slots fit; default {}",

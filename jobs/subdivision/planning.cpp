@@ -112,7 +112,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
     if (request.pipeline_of && backend.traits.compressed) choose_pipelines(request, backend, plan);
     plan.keeps_store = backend.traits.durable;
   }
-  plan.store.block_bytes = request.block_bytes.value_or(StoreOptions().block_bytes);
+  plan.store.block_bytes = request.block_bytes.value_or(0);
   plan.store.budget_bytes = request.budget_bytes;
   plan.store.durability = request.durability;
   plan.store.parallel_for = request.parallel_for;

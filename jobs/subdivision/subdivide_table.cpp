@@ -162,8 +162,7 @@ void add_storage_options(JobTable<SubdivideArguments>& table) {
       },
       "Order of edges on disk: auto (chosen by the executor; default), given, spatial, hilbert or "
       "rcm");
-  table.bytes("block", &SubdivideArguments::block_bytes,
-              "Unit of I/O, a power of two; default 1MiB");
+  table.bytes("block", &SubdivideArguments::block_bytes, std::string(kBlockHelp));
   table.bytes("max-slot", &SubdivideArguments::max_slot_bytes,
               fmt::format("Largest slot of positions: refine the base mesh in memory until all "
                           "slots fit; default {}",

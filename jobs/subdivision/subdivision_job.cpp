@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -12,40 +11,12 @@
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
 #include "plait/error.h"
-#include "plait/mesh_io.h"
 #include "subdivision/earlier_run.h"
 #include "subdivision/planning.h"
 #include "subdivision/run.h"
 #include "subdivision/run_size.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
-
-namespace {
-
-BaseMesh mesh_of_file(const std::filesystem::path& file, const SubdivisionRequest& request,
-                      SubdivisionPlan& plan) {
-  if (!request.weld) return read_base_mesh(file, &plan.warnings);
-  AttributedMesh read{read_indexed_mesh(file, &plan.warnings)};
-  plan.merged_vertices = weld(read, *request.weld, file.native(), plan.warnings);
-  return BaseMesh::build(std::move(read.mesh), file.native(), &plan.warnings);
-}
-
-/// Vertices of borders whose positions others of them have.
-std::uint64_t seam_vertices_of(const BaseMesh& mesh) {
-  std::vector<VertexId> on_border;
-  for (const EdgeId edge : mesh.border_edges()) {
-    on_border.push_back(mesh.edges()[edge].start);
-    on_border.push_back(mesh.edges()[edge].end);
-  }
-  std::ranges::sort(on_border);
-  on_border.erase(std::unique(on_border.begin(), on_border.end()), on_border.end());
-  std::vector<Vector3<double>> positions;
-  for (const VertexId vertex : on_border) positions.push_back(mesh.positions()[vertex]);
-  std::iota(on_border.begin(), on_border.end(), VertexId{0});
-  return coinciding_vertices(positions, on_border);
-}
-
-}  // namespace
 
 double SubdivisionResult::ns_per_vertex() const {
   const std::uint64_t made = plan.level_counts.back().vertices - plan.level_counts.front().vertices;
@@ -72,7 +43,7 @@ void SubdivisionJob::Implementation::read_mesh() {
   std::string source = "mesh";
   if (const auto* const file = std::get_if<std::filesystem::path>(&request.mesh)) {
     source = file->native();
-    mesh = mesh_of_file(*file, request, plan);
+    mesh = mesh_of_file(*file, request.weld, plan.merged_vertices, plan.warnings);
   } else {
     mesh = std::get<BaseMesh>(std::exchange(request.mesh, BaseMesh()));
   }

@@ -99,11 +99,11 @@ Waves measure_waves(Store& store, const PositionBox& box, const VisitOptions& op
   return waves;
 }
 
-double add_fractal(Store& store, std::string_view into, double amplitude, std::uint64_t seed,
-                   const PositionBox& box, const Waves& waves, const VisitOptions& options) {
+Moves add_fractal(Store& store, std::string_view into, double amplitude, std::uint64_t seed,
+                  const PositionBox& box, const Waves& waves, const VisitOptions& options) {
   const Fractal fractal(box.low, waves.lengths, amplitude, seed);
   normals::BaseMasks masks;
-  LongestMove longest(options);
+  MovesOfVisit moves(options);
   with_real(store, [&]<class Real>(Real) {
     using Point = Vector3<Real>;
     visit_vertices(store, options, std::tuple{rings_of<Point>("position"), overwrites<Point>(into)},
@@ -112,12 +112,12 @@ double add_fractal(Store& store, std::string_view into, double amplitude, std::u
                        const Wide at = widen(ring.vertex(i));
                        const Wide way =
                            fractal.at(at) * widen(normals::at_vertex(run, ring, i, masks));
-                       longest.add(run, way);
                        to[i] = narrow<Real>(at + way);
+                       moves.add(run, widen(to[i]) - at, way);
                      }
                    });
   });
-  return longest.length();
+  return moves.sum();
 }
 
 PLAIT_END_NAMESPACE

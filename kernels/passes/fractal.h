@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "passes/moved_positions.h"
 #include "passes/position_box.h"
 #include "plait/detail/namespace.h"
 #include "plait/store.h"
@@ -32,9 +33,9 @@ struct Waves {
 /// visit_vertices(); kInvalidArgument if even the first wave is shorter than four mean edges.
 Waves measure_waves(Store& store, const PositionBox& box, const VisitOptions& options);
 
-/// Writes the moved positions to `into`, which has their type. `amplitude` is a length. Returns the
-/// longest way of a vertex. Errors: those of visit_vertices().
-double add_fractal(Store& store, std::string_view into, double amplitude, std::uint64_t seed,
-                   const PositionBox& box, const Waves& waves, const VisitOptions& options);
+/// Writes the moved positions to `into`, which has their type. `amplitude` is a length. Errors:
+/// those of visit_vertices().
+Moves add_fractal(Store& store, std::string_view into, double amplitude, std::uint64_t seed,
+                  const PositionBox& box, const Waves& waves, const VisitOptions& options);
 
 PLAIT_END_NAMESPACE

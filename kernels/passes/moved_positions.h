@@ -1,9 +1,10 @@
-// What the passes that move vertices share: the type of the positions, and how far vertices went.
+// What the passes that move vertices share: the type of the positions, and how vertices went.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "plait/detail/namespace.h"
@@ -27,29 +28,52 @@ auto with_real(const Store& store, const Pass& pass) {
   return pass(float());
 }
 
-/// The longest way of a vertex, over all threads of a visit.
-class LongestMove {
+/// How vertices went in a pass.
+struct Moves {
+  double longest = 0;  ///< the longest way
+  /// Vertices whose way is another than was asked for by more than half, because the type of the
+  /// positions has no nearer numbers.
+  std::uint64_t rounded = 0;
+};
+
+/// Measures the moves of a visit, over all its threads.
+class MovesOfVisit {
  public:
   /// REQUIRES: options.threads is the number of threads, not 0.
-  explicit LongestMove(const VisitOptions& options)
-      : squares_(static_cast<std::size_t>(options.threads)) {}
+  explicit MovesOfVisit(const VisitOptions& options)
+      : of_threads_(static_cast<std::size_t>(options.threads)) {}
   void add(const VertexRun& run, const Vector3<double>& way) noexcept {
-    double& most = squares_[static_cast<std::size_t>(run.worker)].most;
+    double& most = of_thread(run).squared;
     most = std::max(most, dot(way, way));
   }
+  /// `way` is what the vertex went of what it was to go.
+  void add(const VertexRun& run, const Vector3<double>& way,
+           const Vector3<double>& asked) noexcept {
+    add(run, way);
+    const Vector3<double> lost = asked - way;
+    if (4 * dot(lost, lost) > dot(asked, asked)) ++of_thread(run).rounded;
+  }
   /// After the visit.
-  double length() const noexcept {
-    double most = 0;
-    for (const Square& square : squares_) most = std::max(most, square.most);
-    return std::sqrt(most);
+  Moves sum() const noexcept {
+    Moves moves;
+    for (const OfThread& each : of_threads_) {
+      moves.longest = std::max(moves.longest, each.squared);
+      moves.rounded += each.rounded;
+    }
+    moves.longest = std::sqrt(moves.longest);
+    return moves;
   }
 
  private:
   /// Of one thread, in a cache line of its own.
-  struct alignas(64) Square {
-    double most = 0;
+  struct alignas(64) OfThread {
+    double squared = 0;
+    std::uint64_t rounded = 0;
   };
-  std::vector<Square> squares_;
+  OfThread& of_thread(const VertexRun& run) noexcept {
+    return of_threads_[static_cast<std::size_t>(run.worker)];
+  }
+  std::vector<OfThread> of_threads_;
 };
 
 PLAIT_END_NAMESPACE

@@ -31,37 +31,37 @@ Vector3<Real> smoothed(const VertexRings<Vector3<Real>>& ring, std::size_t i, do
 
 }  // namespace
 
-double smooth_positions(Store& store, std::string_view into, double factor,
-                        const VisitOptions& options) {
-  LongestMove longest(options);
+Moves smooth_positions(Store& store, std::string_view into, double factor,
+                       const VisitOptions& options) {
+  MovesOfVisit moves(options);
   with_real(store, [&]<class Real>(Real) {
     using Point = Vector3<Real>;
     visit_vertices(store, options, std::tuple{rings_of<Point>("position"), overwrites<Point>(into)},
                    [&](const VertexRun& run, const VertexRings<Point>& ring, std::span<Point> to) {
                      for (std::size_t i = 0; i < run.count; ++i) {
                        to[i] = smoothed(ring, i, factor);
-                       longest.add(run, widen(to[i]) - widen(ring.vertex(i)));
+                       moves.add(run, widen(to[i]) - widen(ring.vertex(i)));
                      }
                    });
   });
-  return longest.length();
+  return moves.sum();
 }
 
-double add_noise(Store& store, std::string_view into, double length, std::uint64_t seed,
-                 const VisitOptions& options) {
-  LongestMove longest(options);
+Moves add_noise(Store& store, std::string_view into, double length, std::uint64_t seed,
+                const VisitOptions& options) {
+  MovesOfVisit moves(options);
   const Noise noise{store.base().edges(), length, seed};
   with_real(store, [&]<class Real>(Real) {
     using Point = Vector3<Real>;
     visit_vertices(store, options, std::tuple{reads<Point>("position"), overwrites<Point>(into)},
                    [&](const VertexRun& run, std::span<const Point> from, std::span<Point> to) {
                      noise.for_each(run, [&](std::size_t i, const Vector3<double>& way) {
-                       longest.add(run, way);
                        to[i] = narrow<Real>(widen(from[i]) + way);
+                       moves.add(run, widen(to[i]) - widen(from[i]), way);
                      });
                    });
   });
-  return longest.length();
+  return moves.sum();
 }
 
 void make_normals(Store& store, std::string_view positions, std::string_view into,

@@ -14,7 +14,7 @@ from .store import Store
 
 
 def create(vertices, faces, path=None, backend=None, dtype=None, layout="given", pipeline=None,
-           block_bytes=types.DEFAULT_BLOCK_BYTES, memory=types.DEFAULT_BUDGET_BYTES, base_level=0,
+           block_bytes=None, memory=types.DEFAULT_BUDGET_BYTES, base_level=0,
            warn=None):
     """Makes a store from arrays, and opens it for writing.
 
@@ -30,7 +30,7 @@ def create(vertices, faces, path=None, backend=None, dtype=None, layout="given",
     where each face is. base_level: so often the mesh is refined in memory, which makes four patches of
     each face; store.input tells which.
     backend: None: "memory" without a path, else the library chooses. pipeline: of compression.
-    block_bytes: unit of I/O. memory: the most memory for blocks; a number or a text such as "64MiB".
+    block_bytes: unit of I/O, a power of two; None: 64 KiB, or 256 KiB with compression. memory: the most memory for blocks; a number or a text such as "64MiB".
     warn: a function of a text, told what was changed in the mesh; None: Python warns.
     """
     vertices = np.ascontiguousarray(_records.unmasked("vertices", vertices), np.float64)
@@ -55,7 +55,7 @@ def create(vertices, faces, path=None, backend=None, dtype=None, layout="given",
         with Watch("create") as watch:
             options = types.plait_store_options(
                 backend=text(backend), pipeline=text(pipeline), layout=text(layout),
-                block_bytes=_memory.bytes_of(block_bytes), budget_bytes=_memory.bytes_of(memory),
+                block_bytes=0 if block_bytes is None else _memory.bytes_of(block_bytes), budget_bytes=_memory.bytes_of(memory),
                 warn=watch.warning(warn), base_level=base_level, io_threads=types.AUTOMATIC_THREADS,
                 position_type=position, durability=0)
             address = c_void_p()

@@ -3,6 +3,7 @@
 The library describes each job and its options (plait_job_options), so the functions here have the
 options of the program, with underscores for dashes, and pass_ for pass. An argument that is None stands for the default."""
 
+import collections.abc
 import inspect
 import json
 import keyword
@@ -182,7 +183,8 @@ def _options(described, values):
         value = values.get(_name(option))
         if value is None or (value is False and option["kind"] != "flag"):
             continue
-        several = option["kind"] == "texts" and not isinstance(value, (str, bytes))
+        several = (option["kind"] == "texts" and isinstance(value, collections.abc.Iterable)
+                   and not isinstance(value, (str, bytes, os.PathLike)))
         for each in value if several else (value,):
             given.append(option["name"].encode() + b"=" + _text(each))
     return given

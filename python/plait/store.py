@@ -556,10 +556,16 @@ class Store:
         if handle is not None:
             handle.end()
         if self._lost and self._absolute and warns:
-            warnings.warn(f"{self._absolute}: closed without commit(): the changes since the last commit "
-                          "are lost; call commit(), or roll_back() if that is meant", ResourceWarning,
-                          stacklevel=3)
+            warnings.warn(self._losing("closed"), ResourceWarning, stacklevel=3)
         self._lost = False
+
+    def _losing(self, what):
+        return (f"{self._absolute}: {what} without commit(): the changes since the last commit are lost; "
+                "call commit(), or roll_back() if that is meant")
+
+    def __del__(self, warn=warnings.warn, kind=ResourceWarning):
+        if getattr(self, "_lost", False) and self._absolute and self._handle is not None:
+            warn(self._losing("given up"), kind, source=self)
 
     def __enter__(self):
         return self
@@ -589,12 +595,11 @@ def open_store(path, writable=False, memory=types.DEFAULT_BUDGET_BYTES, io_threa
         io_threads=types.AUTOMATIC_THREADS if io_threads is None else io_threads,
         durability=0, reserved=0)
     address = c_void_p()
-    name = os.path.abspath(os.fsdecode(path))
     try:
         LIBRARY.plait_store_open(_functions.path(path), byref(options), byref(address))
     except Error as error:
         raise error if error.path else error.about(os.fsdecode(path))
-    store = Store(_handles.store(address.value), name, options.budget_bytes, io_threads)
+    store = Store(_handles.store(address.value), os.fsdecode(path), options.budget_bytes, io_threads)
     for line in store._raw_info().notices.decode(errors="replace").splitlines():
         warnings.warn(line, RuntimeWarning, stacklevel=2)
     return store

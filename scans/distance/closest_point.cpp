@@ -16,7 +16,14 @@ float rounded_down(double value) {
                                : std::nextafter(near, -std::numeric_limits<float>::infinity());
 }
 
-float rounded_up(double value) { return -rounded_down(-value); }
+/// A box may reach beyond its triangles, but not the other way: what the subtraction of `origin`
+/// rounds is less than the next number of float.
+float low_of_box(double value, double origin) {
+  const float low = rounded_down(value - origin);
+  return origin == 0 ? low : std::nextafter(low, -std::numeric_limits<float>::infinity());
+}
+
+float high_of_box(double value, double origin) { return -low_of_box(-value, -origin); }
 
 template <class Node>
 double squared_distance_to_box(Point p, const Node& node) {
@@ -63,7 +70,22 @@ TriangleTree::TriangleTree(std::span<const Point> positions,
     middles[face] =
         positions[faces[face][0]] + positions[faces[face][1]] + positions[faces[face][2]];
   nodes_.reserve(faces.size());
+  choose_origin();
   build(0, static_cast<std::uint32_t>(faces.size()), middles, go_on);
+}
+
+void TriangleTree::choose_origin() {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    double low = kInfinity, high = -kInfinity;
+    for (const std::array<VertexId, 3>& face : faces_)
+      for (const VertexId vertex : face) {
+        low = std::min(low, positions_[vertex][axis]);
+        high = std::max(high, positions_[vertex][axis]);
+      }
+    const double middle = low / 2 + high / 2;
+    if (std::abs(middle) > high - low) origin_[axis] = middle;
+  }
 }
 
 void TriangleTree::build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles,
@@ -86,8 +108,9 @@ void TriangleTree::build(std::uint32_t first, std::uint32_t count, std::vector<P
     }
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    nodes_[at].low[axis] = rounded_down(low[static_cast<int>(axis)]);
-    nodes_[at].high[axis] = rounded_up(high[static_cast<int>(axis)]);
+    const auto of_axis = static_cast<int>(axis);
+    nodes_[at].low[axis] = low_of_box(low[of_axis], origin_[of_axis]);
+    nodes_[at].high[axis] = high_of_box(high[of_axis], origin_[of_axis]);
   }
   if (count <= kLeafFaces) {
     nodes_[at].first = first;
@@ -124,9 +147,10 @@ ClosestPoint TriangleTree::closest(Point p, FaceId hint) const {
     std::uint32_t node;
     double squared_distance;
   };
+  const Point at = p - origin_;
   std::array<Waiting, 64> stack;  // halves of halves: at most 32 levels
   std::size_t depth = 0;
-  stack[depth++] = {0, squared_distance_to_box(p, nodes_[0])};
+  stack[depth++] = {0, squared_distance_to_box(at, nodes_[0])};
   while (depth > 0) {
     const Waiting next = stack[--depth];
     if (next.squared_distance > best.squared_distance) continue;
@@ -136,8 +160,8 @@ ClosestPoint TriangleTree::closest(Point p, FaceId hint) const {
         offer(p, order_[i], best);
       continue;
     }
-    Waiting near = {next.node + 1, squared_distance_to_box(p, nodes_[next.node + 1])};
-    Waiting far = {node.first, squared_distance_to_box(p, nodes_[node.first])};
+    Waiting near = {next.node + 1, squared_distance_to_box(at, nodes_[next.node + 1])};
+    Waiting far = {node.first, squared_distance_to_box(at, nodes_[node.first])};
     if (far.squared_distance < near.squared_distance) std::swap(near, far);
     if (far.squared_distance <= best.squared_distance) stack[depth++] = far;
     if (near.squared_distance <= best.squared_distance) stack[depth++] = near;

@@ -43,10 +43,14 @@ class TriangleTree {
     std::uint32_t first;  ///< of a leaf: of order_; else the second child, the first one comes next
     std::uint32_t count;  ///< faces of a leaf; 0 for others
   };
+  void choose_origin();
   void build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles,
              const std::function<void()>& go_on);
   void offer(Point p, FaceId face, ClosestPoint& best) const;
 
+  /// Boxes are kept in float, so they are relative to this point where the triangles are far from
+  /// the origin: there float has no numbers between them.
+  Point origin_{};
   std::span<const Point> positions_;
   std::span<const std::array<VertexId, 3>> faces_;
   std::vector<FaceId> order_;

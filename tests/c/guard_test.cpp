@@ -102,7 +102,7 @@ TEST_CASE("Sized_ResultOfAnEarlierVersion_IsNotWrittenBeyondItsEnd") {
 }
 
 TEST_CASE("Sized_DefaultsOfOptions_AreThoseOfCpp") {
-  CHECK(PLAIT_DEFAULT_BLOCK_BYTES == StoreOptions().block_bytes);
+  CHECK(plait_store_options(PLAIT_STORE_OPTIONS_INIT).block_bytes == StoreOptions().block_bytes);
   CHECK(PLAIT_DEFAULT_BUDGET_BYTES == StoreOptions().budget_bytes);
   CHECK(PLAIT_DEFAULT_BUDGET_BYTES == OpenOptions().budget_bytes);
   const plait_subdivide_options work = PLAIT_SUBDIVIDE_OPTIONS_INIT;

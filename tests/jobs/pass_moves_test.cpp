@@ -121,6 +121,20 @@ TEST_CASE("RandomWord_IsSplitMix64") {
   CHECK(slot_key(1, 5, 9, 2) != slot_key(2, 5, 9, 2));
 }
 
+TEST_CASE("Moves_ShorterThanTheStepsOfTheirType_AreCounted") {
+  IndexedMesh far = random_sphere(3, 30);
+  for (Vector3<double>& p : far.positions) p = 100.0 * p + Vector3<double>{5e6, 5e6, 5e6};
+  for (const bool wide : {false, true}) {
+    Store store = refined_store({}, far, 3, {.normals = false, .wide = wide});
+    const std::uint64_t vertices = counts_at_level(store.base(), 3).vertices;
+    const PassFigures noise = displace(store, {.amplitude = 1e-5, .seed = 11});
+    CHECK(noise.rounded_moves == (wide ? 0 : vertices));
+    // The steps of float32 there are 0.5, and half of them is more than any way.
+    if (!wide) CHECK(noise.largest_move == 0);
+    CHECK(displace(store, {.amplitude = 0.1, .seed = 11}).rounded_moves < vertices / 10);
+  }
+}
+
 TEST_CASE("Noise_MovesEachCoordinateUniformlyWithinTheAmplitude") {
   Store store = refined_store({}, random_sphere(3, 300), 4, {.normals = false, .wide = true});
   const std::vector<Wide> before = records_of<Wide>(store, "position");

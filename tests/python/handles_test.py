@@ -194,6 +194,27 @@ def test_leaving_a_block_without_commit_warns(tmp_path):
             store.subdivide(1)
 
 
+def test_giving_up_a_store_without_commit_warns(tmp_path):
+    """Nobody called close(): a script that ends, or forgets its store."""
+    path = tmp_path / "s.plait"
+    with pytest.warns(ResourceWarning, match="s.plait: given up without commit"):
+        store = plait.create(*icosahedron(), path)
+        store.subdivide(1, scheme="midpoint")
+        del store
+        gc.collect()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        store = plait.open(path, writable=True)
+        store.add_attribute("x")
+        store.commit()
+        del store
+        store = plait.create(*icosahedron())
+        store.subdivide(1)
+        del store
+        gc.collect()
+
+
+
 def test_a_thread_that_reads_while_the_store_is_closed_meets_no_freed_object(tmp_path):
     path = tmp_path / "s.plait"
     make(icosahedron(), path, levels=4, backend="pread", block_bytes=4096).close()

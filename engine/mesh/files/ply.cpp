@@ -16,6 +16,7 @@
 #include "io/huge_pages.h"
 #include "mesh/connectivity.h"
 #include "mesh/files/face_divider.h"
+#include "mesh/files/lost_digits.h"
 #include "mesh/files/ply_attributes.h"
 #include "mesh/files/ply_values.h"
 #include "mesh/files/readers.h"
@@ -48,11 +49,11 @@ std::uint64_t read_list_count(Values& values, const PlyProperty& property) {
 /// Returns false if the type has no such number.
 bool append_number(PlyType type, double value, std::vector<std::byte>& to) {
   const auto append = [&]<class Number>(Number number) {
-    if constexpr (std::is_integral_v<Number>)
-      if (!(value >= static_cast<double>(std::numeric_limits<Number>::lowest()) &&
-            value <= static_cast<double>(std::numeric_limits<Number>::max()) &&
-            value == std::floor(value)))
-        return false;
+    const bool fits = value >= static_cast<double>(std::numeric_limits<Number>::lowest()) &&
+                      value <= static_cast<double>(std::numeric_limits<Number>::max());
+    if (std::is_integral_v<Number> ? !fits || value != std::floor(value)
+                                   : !fits && std::isfinite(value))
+      return false;
     number = static_cast<Number>(value);
     const auto bytes = std::as_bytes(std::span(&number, 1));
     to.insert(to.end(), bytes.begin(), bytes.end());
@@ -92,6 +93,7 @@ class PlyReader {
     if (!reading_.attributes) return;
     attributes_ = attributes_of(*vertices_, no_attributes_);
     records_.resize(attributes_.size());
+    lost_digits_.resize(vertices_->properties.size());
   }
 
   void read() {
@@ -107,6 +109,11 @@ class PlyReader {
       reading_.warn(fmt::format("{}: {} bytes after the last element of the header were ignored",
                                 input_.path().native(), ignored_bytes_));
     leave_out();
+    for (std::size_t property = 0; property < lost_digits_.size(); ++property)
+      if (lost_digits_[property].count() > 0)
+        reading_.warn(fmt::format("{}: vertex property {}: {}", input_.path().native(),
+                                  in_quotes(vertices_->properties[property].name),
+                                  lost_digits_[property].text()));
     return std::move(mesh_);
   }
   std::optional<ComponentType> precision() const;
@@ -188,6 +195,7 @@ class PlyReader {
   std::uint64_t ignored_bytes_ = 0;
   std::vector<PlyAttribute> attributes_;
   std::vector<std::vector<std::byte>> records_;  ///< [attribute]
+  std::vector<LostDigits> lost_digits_;          ///< [property of a vertex]
   std::vector<std::string> no_attributes_;       ///< vertex properties that cannot be attributes
   IndexedMesh mesh_;
   FaceDivider divider_{mesh_};
@@ -377,6 +385,10 @@ void PlyReader::read_vertices(Values& values) {
           skip_property(values, vertices_->properties[i]);
         else
           numbers[i] = values.value(vertices_->properties[i].type);
+        if constexpr (std::is_same_v<Values, TextPlyValues>)
+          if (vertices_->properties[i].type == PlyType::kFloat32 && !attributes_.empty() &&
+              !vertices_->properties[i].is_list)
+            lost_digits_[i].add(values.word(), numbers[i]);
         continue;
       }
       const double value = values.value(vertices_->properties[i].type);

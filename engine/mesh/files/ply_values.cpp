@@ -45,9 +45,9 @@ void TextPlyValues::end_element() {
 }
 
 double TextPlyValues::value(PlyType) {
-  const std::string_view word = text_.word();
-  const std::optional<double> number = parse_number(word);
-  if (!number) refuse("a number", word.empty() ? "the end of the line" : in_quotes(word));
+  word_ = text_.word();
+  const std::optional<double> number = parse_number(word_);
+  if (!number) refuse("a number", word_.empty() ? "the end of the line" : in_quotes(word_));
   return *number;
 }
 

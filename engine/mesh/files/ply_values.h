@@ -97,6 +97,8 @@ class TextPlyValues {
   void begin_element(const PlyPlace& place);
   void end_element();
   double value(PlyType type);
+  /// The text of the last value, until the next call.
+  std::string_view word() const { return word_; }
   void skip(PlyType type, std::uint64_t count) {
     for (std::uint64_t i = 0; i < count; ++i) value(type);
   }
@@ -105,6 +107,7 @@ class TextPlyValues {
 
  private:
   TextInput text_;
+  std::string_view word_;
   PlyPlace place_;
 };
 

@@ -3,10 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cctype>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "mesh/connectivity.h"
@@ -27,11 +29,20 @@ std::uint32_t load_word(const Input& input, std::size_t at) {
   return value;
 }
 
+bool has_word(std::string_view text, std::string_view word) {
+  return std::ranges::search(text, word, [](char a, char b) {
+           return std::tolower(static_cast<unsigned char>(a)) == b;
+         }).begin() != text.end();
+}
+
 /// A binary file has bytes in its first facet that no text has: numbers of a normal are 0 or have
-/// such bytes, and the two bytes behind the facet are 0 as a rule.
+/// such bytes, and the two bytes behind the facet are 0 as a rule. A name may have such bytes too,
+/// but then the words of a facet follow, which no binary file has where its first facets are.
 bool looks_like_text(Input& input) {
   constexpr std::size_t kLookBytes = kHeaderBytes + 2 * kFacetBytes;
   input.ensure(kLookBytes);
+  const std::string_view facets = input.unread().substr(0, kLookBytes);
+  if (has_word(facets, "facet") && has_word(facets, "vertex")) return true;
   for (const char c : input.unread().substr(0, kLookBytes))
     if (std::iscntrl(static_cast<unsigned char>(c)) != 0 &&
         std::isspace(static_cast<unsigned char>(c)) == 0)
@@ -79,13 +90,24 @@ void StlReader::read_binary() {
   if (!input_.ensure(kHeaderBytes))
     input_.refuse_at_byte(input_.offset(), "expected a header of 84 bytes, found the end");
   const std::uint64_t count = load_word(input_, kHeaderBytes - 4);
+  // Counts of 2^24 and more whose bytes all stand for characters; UTF-16 has zeros between them.
+  const bool count_is_text =
+      count >= (1u << 24) &&
+      std::ranges::all_of(input_.unread().substr(kHeaderBytes - 4, 4), [](char c) {
+        const auto byte = static_cast<unsigned char>(c);
+        return byte == 0 || std::isprint(byte) != 0 || std::isspace(byte) != 0;
+      });
   input_.consume(kHeaderBytes);
-  if (count > kMaxFaces)
+  if (count > kMaxFaces && !count_is_text)
     input_.refuse_at_byte(80,
                           fmt::format("expected at most {} facets, found {}", kMaxFaces, count));
   mesh_.faces.reserve(input_.plausible_count(count, kFacetBytes));
   std::uint64_t with_bytes = 0;
   for (std::uint64_t facet = 0; facet < count; ++facet) {
+    if (!input_.ensure(kFacetBytes) && count_is_text)
+      input_.refuse_at_byte(0,
+                            "expected a text with facets or a binary STL file, found neither: the "
+                            "file has no facets for what bytes 80 to 83 count, which are text");
     if (!input_.ensure(kFacetBytes))
       input_.refuse_at_byte(
           input_.offset() + input_.unread().size(),

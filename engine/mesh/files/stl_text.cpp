@@ -41,9 +41,10 @@ bool StlText::pass_name() {
       if (word_ != "normal") continue;
       next();
       if (parse_number(word_)) return true;
-    } else if (word_ == "vertex") {
-      next();
-      if (parse_number(word_)) refuse("facet before a vertex");
+    } else if (word_ == "vertex") {  // a name may have the word and a number: three are none
+      int numbers = 0;
+      for (next(); numbers < 3 && parse_number(word_); next()) ++numbers;
+      if (numbers == 3) refuse("facet before a vertex");
     } else {
       next();
     }

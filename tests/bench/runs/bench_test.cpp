@@ -348,11 +348,11 @@ TEST_CASE("a small memory gets small blocks") {
   const Bench bench;
   PlanRequest request = small("x-capped", "build");
   request.blocks.clear();
-  request.memory = {16u << 20, 256u << 20};
+  request.memory = {1u << 20, 256u << 20};
   const Plan plan = make_plan(request, bench.plugins.backends());
   REQUIRE(plan.cells.size() == 2);
-  CHECK(plan.cells[0].block_bytes == 256u << 10);
-  CHECK(plan.cells[1].block_bytes == 1u << 20);
+  CHECK(plan.cells[0].block_bytes == 16u << 10);
+  CHECK(plan.cells[1].block_bytes == 64u << 10);
 }
 
 TEST_CASE("a key names the measurement and not the place") {

@@ -110,6 +110,39 @@ TEST_CASE("NarrowingOf_VerticesThatBecomeEqual_AreCounted") {
   CHECK(narrowing_of(mesh.positions, mesh.faces).outside == 0);
 }
 
+TEST_CASE("ReadAttributedMesh_FloatsOfTextWithMoreDigits_AreSaidWithTheirNumber") {
+  const MeshDirectory directory;
+  const auto warnings_of = [&](const std::string& type, const std::string& value) {
+    std::vector<std::string> warnings;
+    read_attributed_mesh(
+        directory.file("a.ply",
+                       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                       "property float y\nproperty float z\nproperty " +
+                           type +
+                           " time\nelement face 1\nproperty list uchar int "
+                           "vertex_indices\nend_header\n0 0 0 " +
+                           value + "\n1 0 0 1\n0 1 0 " + value + "\n3 0 1 2\n"),
+        &warnings);
+    return warnings;
+  };
+  for (const char* const lost : {"1234567890.125", "16777217", "0.123456789", "1.6777217e7"}) {
+    const std::vector<std::string> warnings = warnings_of("float", lost);
+    INFO(lost);
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Contains("'time': 2 numbers have more digits than float"));
+    CHECK(warnings_of("double", lost).empty());
+  }
+  CHECK_THAT(warnings_of("float", "16777217").at(0), Contains("the largest change is 1)"));
+  // What a program writes that prints a float with enough digits, or with less.
+  for (const char* const kept : {"0.1", "0.10000000149011612", "0.123456791", "1e30", "16777216",
+                                 "2500000", "-3.5E-3", "nan", "0.333333343", "1234.57"}) {
+    INFO(kept);
+    CHECK(warnings_of("float", kept).empty());
+  }
+  CHECK_THROWS_WITH(warnings_of("float", "1e300"),
+                    Contains("expected a number of the type of 'time', found 1e+300"));
+}
+
 TEST_CASE("ReadAttributedMesh_CoordinateTypes_AreThoseThatTheFileNeeds") {
   const MeshDirectory directory;
   const auto precision = [&](const std::string& type, const std::string& x, bool binary = false) {

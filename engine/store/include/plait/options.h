@@ -42,7 +42,9 @@ struct StoreOptions {
   std::optional<bool> base_index = {};
 
   // Performance
-  std::uint64_t block_bytes = 1 << 20;  ///< unit of I/O; 4 KiB to 1 GiB, a power of two
+  /// Unit of I/O: 4 KiB to 1 GiB, a power of two. 0: 64 KiB, or 256 KiB with a backend that
+  /// compresses. Store::options() of the new store has the chosen size.
+  std::uint64_t block_bytes = 0;
   /// For frames and for scratch memory of the backend; at least 64 KiB.
   std::uint64_t budget_bytes = 256u << 20;
   /// The number of threads that prefetch blocks and write dirty ones, 0 to 64. With 0, each

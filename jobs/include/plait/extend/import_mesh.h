@@ -35,7 +35,7 @@ struct ImportRequest {
   /// Vertices at most so far from each other become one; 0: those of equal positions. Not set: all
   /// stay.
   std::optional<double> weld = {};
-  std::uint64_t block_bytes = StoreOptions().block_bytes;
+  std::uint64_t block_bytes = 0;  ///< as in StoreOptions
   /// If slots of positions would be larger, a finer level becomes the base mesh of the store.
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB
   bool no_index = false;  ///< no file base.index (StoreOptions::base_index)

@@ -42,10 +42,11 @@ struct PartsRequest {
   int levels = 1;
   Scheme scheme = {};  ///< of the library
   std::optional<ComponentType> precision = {};
+  std::optional<double> weld = {};
   LayoutKind layout = LayoutKind::kHilbert;
   bool normals = false;
   bool limit = false;
-  std::uint64_t block_bytes = StoreOptions().block_bytes;
+  std::uint64_t block_bytes = 0;  ///< as in StoreOptions
   std::optional<std::uint64_t> max_slot_bytes = {};
   /// Pipelines whose blocks need no other blocks. Empty: raw blocks.
   PipelinesOf pipeline_of = {};
@@ -54,7 +55,7 @@ struct PartsRequest {
   bool calibrate = false;
   /// Called before the first file is made. May throw: then there is no plan.
   std::function<void()> before_files = {};
-  /// Of the measurement; if it returns false, there is no plan.
+  /// Of the steps and of the measurement; if it returns false, there is no plan.
   ProgressCallback progress = {};
 };
 
@@ -101,6 +102,7 @@ struct PartsPlan {
   std::string backend;
   std::uint64_t files = 0;  ///< that the joined store has
   std::vector<PlannedPart> parts;
+  std::uint64_t merged_vertices = 0;  ///< by the weld; only from plan_parts()
   std::vector<std::string> warnings;  ///< of the mesh; only from plan_parts()
   std::optional<MachineRates> rates;  ///< only from plan_parts() with `calibrate`
   std::optional<PartMemory> memory;   ///< only of a subdivision, from the functions that plan it

@@ -68,6 +68,9 @@ struct PassFigures {
   double mean_edge = 0;                  ///< fractal: of the finest level, before
   std::vector<double> wavelengths = {};  ///< fractal: of the octaves, longest first
   double largest_move = 0;               ///< smooth, noise, fractal: the longest way of a vertex
+  /// noise, fractal: vertices whose way is another than was asked for by more than half, because
+  /// the type of the positions has no nearer numbers.
+  std::uint64_t rounded_moves = 0;
 };
 
 /// Makes the pass in this process. The result has as many levels as "position", or, of an own pass,

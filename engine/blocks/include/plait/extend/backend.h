@@ -59,6 +59,20 @@ struct BackendTraits {
   bool moves_runs = false;
 };
 
+/// The block size of a store that asks for none. Random reads and small commits want small blocks,
+/// and adjacent blocks of raw levels move together all the same. Compressed blocks move one by one
+/// and lose about a hundredth of their ratio with each halving
+/// (docs/benchmarks.md#choices-that-figures-decided).
+constexpr std::uint64_t default_block_bytes(const BackendTraits& traits) {
+  return std::uint64_t{traits.compressed ? 256u : 64u} << 10;
+}
+/// The block size of a copy that asks for none: that of the source; but if that has the default of
+/// its backend, the copy has that of its own.
+constexpr std::uint64_t block_bytes_of_copy(const BackendTraits& source, std::uint64_t block_bytes,
+                                            const BackendTraits& copy) {
+  return block_bytes == default_block_bytes(source) ? default_block_bytes(copy) : block_bytes;
+}
+
 /// The most bytes of adjacent blocks that the pager hands over at once, and the most blocks. Larger
 /// calls do not make a disk faster.
 inline constexpr std::uint64_t kRunBytes = std::uint64_t{1} << 20;
