@@ -62,7 +62,7 @@ struct BackendTraits {
 /// The block size of a store that asks for none. Random reads and small commits want small blocks,
 /// and adjacent blocks of raw levels move together all the same. Compressed blocks move one by one
 /// and lose about a hundredth of their ratio with each halving
-/// (docs/benchmarks.md#choices-that-figures-decided).
+/// (docs/benchmarks.md).
 constexpr std::uint64_t default_block_bytes(const BackendTraits& traits) {
   return std::uint64_t{traits.compressed ? 256u : 64u} << 10;
 }
