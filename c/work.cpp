@@ -1,9 +1,11 @@
 // Work on a whole store: subdivide, digest, bounds, verify.
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include "guard.h"
 #include "handles.h"
+#include "mesh/narrowing.h"
 #include "plait.h"
 #include "plait/bounds.h"
 #include "plait/digest.h"
@@ -37,6 +39,14 @@ SubdivideOptions subdivide_options(Store& store, const plait_subdivide_options& 
   return options;
 }
 
+void warn_of_coarse_type(const Store& store, const plait_subdivide_options& wanted) {
+  if (!store.has_attribute("position") || wanted.levels <= store.base_level()) return;
+  std::vector<std::string> warnings;
+  precision_for(store.base().positions(), store.base().faces(), wanted.levels - store.base_level(),
+                store.attributes()[store.attribute("position")].schema.type, "subdivide", warnings);
+  for (const std::string& warning : warnings) wanted.warn(warning.c_str(), wanted.user);
+}
+
 }  // namespace
 
 ProgressCallback progress_by(plait_progress progress, void* user) {
@@ -56,7 +66,9 @@ plait_status plait_store_subdivide(plait_store* store, const plait_subdivide_opt
     plait::Store& changed = changed_store(store);
     const plait_subdivide_options wanted =
         options_of(options, plait_subdivide_options PLAIT_SUBDIVIDE_OPTIONS_INIT);
-    plait::subdivide(changed, subdivide_options(changed, wanted));
+    const plait::SubdivideOptions how = subdivide_options(changed, wanted);
+    if (wanted.warn != nullptr) warn_of_coarse_type(changed, wanted);
+    plait::subdivide(changed, how);
   });
 }
 

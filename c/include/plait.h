@@ -448,7 +448,8 @@ typedef struct plait_subdivide_options {
   const char* scheme;      /* "loop", "butterfly" or "midpoint"; NULL: "loop" */
   const char* executor;    /* "auto", "fused", "sweep" or "transparent"; NULL: "auto" */
   plait_progress progress; /* may be NULL */
-  void* user;              /* for `progress` */
+  plait_warning warn;      /* NULL: nobody is told that float32 is too coarse for the levels */
+  void* user;              /* for `progress` and `warn` */
   int32_t levels;          /* the level to reach */
   int32_t threads;         /* 0: all processors */
   int32_t normals;         /* 1: also makes attribute "normal": float32 x 3, unit length */
@@ -457,7 +458,7 @@ typedef struct plait_subdivide_options {
   int32_t reserved;        /* 0 */
 } plait_subdivide_options;
 #define PLAIT_SUBDIVIDE_OPTIONS_INIT \
-  { sizeof(plait_subdivide_options), NULL, NULL, NULL, NULL, 1, 1, 0, 0, 0, 0 }
+  { sizeof(plait_subdivide_options), NULL, NULL, NULL, NULL, NULL, 1, 1, 0, 0, 0, 0 }
 /* Refines attribute "position" from its finest level to `levels`. Does not commit at the end.
  * Errors before the first change: INVALID_ARGUMENT; NOT_SUPPORTED (limit positions of a scheme
  * without them; "fused" in a store that has levels); BUDGET with the budget that the whole work

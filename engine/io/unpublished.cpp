@@ -28,6 +28,12 @@ void refuse_what_is_there(const Directory& directory, const std::string& name,
   if (existing == Existing::kRefuse) throw name_taken(path);
   // A directory, or a device such as /dev/null, must not be replaced by a file.
   std::error_code ignored;
+  // The new file would take the place of the link, and who reads by another name reads the old one.
+  if (std::filesystem::is_symlink(path, ignored))
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("create {}: it is a symbolic link: expected the name of the file itself",
+                    path.native()));
   if (!std::filesystem::is_regular_file(path, ignored))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("create {}: it exists and is no regular file", path.native()));

@@ -158,12 +158,11 @@ void check_name(const ExportRequest& request, MeshFormat format) {
 }
 
 /// The attributes that nobody asked for.
-std::vector<std::string> others(const Store& store, AttributeId position, int level,
+std::vector<std::string> others(const Store& store, AttributeId position,
                                 std::span<const AttributeId> extras, const ExportRequest& request) {
   std::vector<std::string> names;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
-    if (id != position && store.attributes()[id].finest_level >= level &&
-        std::ranges::find(extras, id) == extras.end())
+    if (id != position && std::ranges::find(extras, id) == extras.end())
       names.push_back(store.attributes()[id].schema.name);
   for (const AttributeSchema& schema : store.notes().face_attributes())
     if (std::ranges::find(request.face_attributes, schema.name) == request.face_attributes.end())
@@ -193,7 +192,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   result.vertices = patches.vertex_count();
   result.triangles = patches.triangle_count();
   result.patches = patches.faces().size();
-  result.left_out = others(store, position, level, extras, request);
+  result.left_out = others(store, position, extras, request);
   const std::uint64_t total = result.triangles + (format == MeshFormat::kStl ? 0 : result.vertices);
   const auto progress = [&](std::uint64_t done) {
     if (watch.progress && !watch.progress({"export", std::min(done, total), total}))

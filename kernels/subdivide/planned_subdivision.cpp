@@ -39,7 +39,17 @@ void check_attributes(const Store& store, const SubdivideOptions& options, Attri
                               replacement));
   for (int level = store.base_level(); level <= store.attributes()[position].finest_level; ++level)
     StoreAccess::check_readable(store, position, level);
-  if (store.has_attribute("normal") && !options.normals)
+  if (!store.has_attribute("normal")) return;
+  const AttributeSchema& normal = store.attributes()[store.attribute("normal")].schema;
+  if (const AttributeSchema ours = schema_of<Vector3<float>>("normal");
+      options.normals && (normal.type != ours.type || normal.components != ours.components))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("subdivide: expected attribute 'normal' to be {} x {}, because new "
+                            "normals take its place, found {} x {}: remove it, or give it another "
+                            "name",
+                            to_string(ours.type), ours.components, to_string(normal.type),
+                            normal.components));
+  if (!options.normals)
     throw Error(
         ErrorCode::kInvalidArgument,
         "subdivide: the store has normals, which do not fit a finer level: ask for normals, so "

@@ -91,7 +91,7 @@ class plait_paging_statistics(Sized):
 class plait_subdivide_options(Sized):
     _fields_ = [
         ("struct_size", c_size_t), ("scheme", c_char_p), ("executor", c_char_p),
-        ("progress", plait_progress), ("user", c_void_p), ("levels", c_int32),
+        ("progress", plait_progress), ("warn", plait_warning), ("user", c_void_p), ("levels", c_int32),
         ("threads", c_int32), ("normals", c_int32), ("limit", c_int32), ("commit_levels", c_int32),
         ("reserved", c_int32)]
 

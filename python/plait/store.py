@@ -486,12 +486,13 @@ class Store:
         length. limit: projects positions to the limit surface. executor: "auto", "fused", "sweep" or
         "transparent". threads: 0 for all processors. progress: True for a bar, or a function of
         (phase, done, total) whose False cancels. After an error that is no refusal, call roll_back():
-        until then nobody can read or commit what is unfinished.
+        until then nobody can read or commit what is unfinished. Warns if float32 is too coarse for the
+        vertices of that level.
         """
         with Watch("subdivide", progress) as watch:
             options = types.plait_subdivide_options(
                 scheme=text(scheme), executor=text(executor), progress=watch.callback,
-                levels=_reading.whole("levels", levels), threads=threads, normals=int(normals),
+                warn=watch.warning(None), levels=_reading.whole("levels", levels), threads=threads, normals=int(normals),
                 limit=int(limit))
             self._change(LIBRARY.plait_store_subdivide, byref(options))
 

@@ -133,7 +133,7 @@ static_assert(sizeof(plait_open_options) == 72);
 static_assert(sizeof(plait_store_info) == 168);
 static_assert(sizeof(plait_attribute_info) == 40);
 static_assert(sizeof(plait_paging_statistics) == 96);
-static_assert(sizeof(plait_subdivide_options) == 64);
+static_assert(sizeof(plait_subdivide_options) == 72);
 static_assert(sizeof(plait_verify_report) == 40);
 static_assert(sizeof(plait_damaged_block) == 56);
 static_assert(sizeof(plait_reader_options) == 40);

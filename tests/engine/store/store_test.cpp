@@ -263,7 +263,7 @@ TEST_CASE("StoreCreate_OptionsOutOfRange_AreRefusedBeforeAnythingIsMade") {
     CHECK(names(error, {word}));
     CHECK(file_names(place.directory.path()).empty());
   };
-  for (const std::uint64_t bytes : {0u, 2048u, 5000u, 1u << 31})
+  for (const std::uint64_t bytes : {1u, 2048u, 5000u, 1u << 31})
     refused([&](StoreOptions& o) { o.block_bytes = bytes; }, "block size");
   const auto facts_refused = [](const Provenance& facts, const char* word) {
     const Place place;
