@@ -42,6 +42,12 @@ std::string base_text(const Json& report) {
     text += fmt::format("  made {} times, until no small face was turned over\n",
                         number_text(report["base_meshes"]));
   text += limits_text(report);
+  if (const auto edges = report["crease_edges"].get<std::uint64_t>(); edges > 0)
+    text += fmt::format(
+        "  {} edges of the scan that turn by more than {:.4g} degrees stay sharp, with {} "
+        "corners\n",
+        format_count(edges), report["feature_angle"].get<double>(),
+        number_text(report["crease_corners"]));
   const Json& quality = report["base_quality"];
   return text + fmt::format(
                     "  quality of faces: worst {:.2f}, 1 % below {:.2f}, median {:.2f}; largest "
@@ -97,7 +103,8 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "until\n"
            "--faces are left, and puts each vertex of the levels on the scan. Genus, components "
            "and\n"
-           "borders stay; if they keep more than 1.05 times --faces, the command says how many and "
+           "borders stay, and so do sharp edges (--feature-angle); if they keep more than 1.05 "
+           "times --faces, the command says how many and "
            "makes\n"
            "nothing. One percent of the scan's faces and three levels give about two thirds "
            "of "

@@ -20,6 +20,7 @@
 #include "sample/relax.h"
 #include "sample/turned.h"
 #include "sample/untangle.h"
+#include "surface/creases.h"
 #include "surface/repair.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -68,7 +69,9 @@ class BaseSampler {
         tree_(tree),
         part_(part),
         progress_(progress),
-        report_(report) {}
+        report_(report) {
+    set_creases(find_creases(scan, request.feature_angle));
+  }
 
   BaseSamples run() {
     for (;;) {
@@ -78,7 +81,7 @@ class BaseSampler {
       if (report_.turned == 0 || !request_.refuse_turned) break;
       if (report_.base_meshes == kMostBaseMeshes) refuse_turned();
       weigh_turned_faces(scan_, result_.surface.base, request_.levels, result_.samples,
-                         kWeightOfTurned, weights_);
+                         has_creases(), kWeightOfTurned, weights_);
     }
     const auto go_on = [&] { progress_.begin("positions", now_.last); };
     go_on();
@@ -94,9 +97,15 @@ class BaseSampler {
   }
 
  private:
+  void set_creases(Creases creases);
   void begin_base_mesh();
   void make_base();
   void make_samples();
+  bool has_creases() const { return creases_.edge_count > 0; }
+  bool is_reached(std::uint64_t faces) const {
+    return faces <= request_.faces + 1 ||
+           static_cast<double>(faces) <= kMostSurplus * static_cast<double>(request_.faces);
+  }
   void check_reached(std::uint64_t faces) const;
   [[noreturn]] void refuse_turned() const;
   void mark_turned();
@@ -110,11 +119,22 @@ class BaseSampler {
   WorkPart now_{};  ///< of the present base mesh
   const ScanProgress& progress_;
   RemeshReport& report_;
+  Creases creases_;
+  Surface cut_;                             ///< at creases; empty if there are none
+  std::vector<std::uint8_t> crease_sides_;  ///< [3 face of the base mesh + side]
   std::vector<float> weights_;         ///< [vertex of the scan] for decimate(), with refuse_turned
   std::vector<FaceId> history_faces_;  ///< [face of the base mesh] its number in the history
   CollapseHistory history_{0};
   BaseSamples result_;
 };
+
+void BaseSampler::set_creases(Creases creases) {
+  creases_ = std::move(creases);
+  report_.feature_angle = creases_.angle;
+  report_.crease_edges = creases_.edge_count;
+  report_.crease_corners = creases_.corner_count;
+  cut_ = creases_.edge_count > 0 ? cut_at(scan_, creases_) : Surface{};
+}
 
 void BaseSampler::begin_base_mesh() {
   ++report_.base_meshes;
@@ -129,31 +149,43 @@ void BaseSampler::begin_base_mesh() {
 
 /// More base faces than asked for are more small faces, memory and bytes than the caller expects.
 void BaseSampler::check_reached(std::uint64_t faces) const {
-  if (faces <= request_.faces + 1 ||
-      static_cast<double>(faces) <= kMostSurplus * static_cast<double>(request_.faces))
-    return;
+  if (is_reached(faces)) return;
   std::string remedy;
   if (report_.scan.components > 1)
     remedy += fmt::format(", or --min-component N removes small ones of its {} components",
                           report_.scan.components);
+  if (report_.crease_edges > 0)
+    remedy +=
+        fmt::format(", or --feature-angle none lets its {} sharp edges go", report_.crease_edges);
   if (report_.scan.borders > 0)
     remedy +=
         fmt::format(", or --fill-holes N fills small ones of its {} borders", report_.scan.borders);
   throw Error(
       ErrorCode::kInvalidArgument,
       fmt::format("remesh {}: expected a base mesh of {} faces, found {} as the fewest: {} edges "
-                  "are kept by genus, borders, components or vertices of many faces, {} by the "
-                  "shape of faces: take --faces {} (fewer --levels make as many small faces){}",
+                  "are kept by genus, borders, components, sharp edges or vertices of many "
+                  "faces, {} by the shape of faces: take --faces {} (fewer --levels make as many "
+                  "small faces){}",
                   request_.scan.native(), request_.faces, faces, report_.kept_by_topology,
                   report_.kept_by_shape, faces, remedy));
 }
 
 void BaseSampler::make_base() {
   const Stopwatch clock;
-  Decimated decimated = decimate(scan_, {.faces = request_.faces,
-                                         .weights = weights_,
-                                         .firm = report_.base_meshes >= kFirstFirmMesh,
-                                         .progress = during(kDecimateStep)});
+  const auto decimated_scan = [&] {
+    return decimate(scan_, {.faces = request_.faces,
+                            .weights = weights_,
+                            .firm = report_.base_meshes >= kFirstFirmMesh,
+                            .creases = &creases_,
+                            .progress = during(kDecimateStep)});
+  };
+  Decimated decimated = decimated_scan();
+  if (!is_reached(decimated.faces.size()) && creases_.edge_count > 0 && !request_.feature_angle) {
+    // Nobody asked for them.
+    report_.faces_for_creases = decimated.faces.size();
+    set_creases({});
+    decimated = decimated_scan();
+  }
   report_.kept_by_topology = decimated.limits.by_topology;
   report_.kept_by_shape = decimated.limits.by_shape;
   check_reached(decimated.faces.size());
@@ -174,7 +206,13 @@ void BaseSampler::make_base() {
   result_.surface.base = base.with_face_order(order);
   result_.surface.levels = request_.levels;
   history_faces_.clear();
-  for (const FaceId face : order) history_faces_.push_back(decimated.scan_faces[face]);
+  crease_sides_.clear();
+  for (const FaceId face : order) {
+    history_faces_.push_back(decimated.scan_faces[face]);
+    if (decimated.crease_sides.empty()) continue;
+    for (std::size_t side = 0; side < 3; ++side)
+      crease_sides_.push_back(decimated.crease_sides[3 * face + side]);
+  }
   report_.base = figures_of(
       repair({std::move(decimated.positions), std::move(decimated.faces)}, {}, "base mesh")
           .surface);
@@ -191,9 +229,14 @@ void BaseSampler::make_samples() {
   report_.vertices = result_.samples.size();
   report_.small_faces = base.face_count() << (2 * request_.levels);
   report_.sample_seconds += clock.lap();
+  const Surface& cut = has_creases() ? cut_ : scan_;
+  const std::vector<std::uint8_t> still = vertices_on_sides(base, request_.levels, crease_sides_);
   // relax() turns no triangle over, but leaves those that are: they are fewer if it begins without.
   const Untangled before = untangle(scan_, base, request_.levels,
-                                    {.progress = during(kFirstUntangleStep)}, result_.samples);
+                                    {.still_samples = still,
+                                     .cut = has_creases() ? &cut_ : nullptr,
+                                     .progress = during(kFirstUntangleStep)},
+                                    result_.samples);
   report_.untangle_seconds += clock.lap();
   // What lies on the scan cannot come closer to it.
   const std::vector<std::uint8_t> exact =
@@ -201,11 +244,15 @@ void BaseSampler::make_samples() {
                   [&] { progress_.begin("relax", now_.of(kRelaxStep).first); });
   report_.exact_faces = static_cast<std::uint64_t>(std::count(exact.begin(), exact.end(), 1));
   report_.relaxed_samples =
-      relax(scan_, base, request_.levels, {.still_faces = exact, .progress = during(kRelaxStep)},
+      relax(cut, base, request_.levels,
+            {.still_faces = exact, .still_samples = still, .progress = during(kRelaxStep)},
             result_.samples);
   report_.relax_seconds += clock.lap();
   const Untangled untangled = untangle(scan_, base, request_.levels,
-                                       {.progress = during(kLastUntangleStep)}, result_.samples);
+                                       {.still_samples = still,
+                                        .cut = has_creases() ? &cut_ : nullptr,
+                                        .progress = during(kLastUntangleStep)},
+                                       result_.samples);
   report_.turned_before = before.before;
   report_.turned = untangled.after;
   report_.moved_samples = before.moved + untangled.moved;
@@ -215,7 +262,7 @@ void BaseSampler::make_samples() {
 void BaseSampler::refuse_turned() const {
   std::string places;
   std::size_t count = 0;
-  for_each_turned(scan_, result_.surface.base, request_.levels, result_.samples,
+  for_each_turned(scan_, result_.surface.base, request_.levels, result_.samples, has_creases(),
                   [&](FaceId, std::uint64_t a, std::uint64_t, std::uint64_t) {
                     if (++count > kMostPlaces) return;
                     const Point p = position_of(scan_, result_.samples[a]);
@@ -234,7 +281,7 @@ void BaseSampler::mark_turned() {
   std::vector<std::uint8_t>& turned = result_.surface.turned;
   turned.assign(result_.samples.size(), 0);
   if (report_.turned == 0) return;
-  for_each_turned(scan_, result_.surface.base, request_.levels, result_.samples,
+  for_each_turned(scan_, result_.surface.base, request_.levels, result_.samples, has_creases(),
                   [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
                     turned[a] = turned[b] = turned[c] = 1;
                   });

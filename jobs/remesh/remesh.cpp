@@ -69,6 +69,12 @@ class ScanRun {
     read_scan();
     scan_tree_.emplace(scan_.positions, scan_.faces, [this] { progress_.begin("repair", 0); });
     sampled_ = make_base_samples(request_, scan_, *scan_tree_, kSampling, progress_, report_);
+    if (watch_.warn && report_.faces_for_creases > 0)
+      watch_.warn(fmt::format(
+          "remesh {}: sharp edges of the scan become round: a base mesh that "
+          "keeps them has {} faces or more: take --faces {}, or --feature-angle "
+          "none if none shall be kept",
+          request_.scan.native(), report_.faces_for_creases, report_.faces_for_creases));
     if (request_.distances) {
       progress_.begin("distances", kWriting.first);
       sampled_.surface.distances = distances_at_samples(scan_, sampled_.surface);

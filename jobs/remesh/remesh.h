@@ -32,6 +32,9 @@ struct RemeshRequest {
   /// Vertices of the scan at most so far from each other become one; 0: those of equal positions.
   /// Not set: all stay.
   std::optional<double> weld = {};
+  /// Edges of the scan that turn by more degrees stay sharp: base edges and vertices of all levels
+  /// are on them (surface/creases.h). 180: none. Not set: chosen from the angles of the scan.
+  std::optional<double> feature_angle = {};
   /// Where small triangles stay turned over, the base mesh is made anew, with more of its faces
   /// there, up to seven times. An error if some are left.
   bool refuse_turned = false;
@@ -64,6 +67,11 @@ struct RemeshReport {
   /// because genus, borders or components would change, or because a face would turn or become a
   /// needle.
   std::uint64_t kept_by_topology = 0, kept_by_shape = 0;
+  double feature_angle = 180;                          ///< degrees; 180 if no edge is a crease
+  std::uint64_t crease_edges = 0, crease_corners = 0;  ///< of the scan
+  /// The fewest base faces with the creases that were found, if they are more than asked for and
+  /// the request has no feature angle: then no edge is a crease, which is a warning. Otherwise 0.
+  std::uint64_t faces_for_creases = 0;
   std::uint64_t exact_faces = 0;      ///< of the base mesh: they lie on the scan before relax()
   std::uint64_t relaxed_samples = 0;  ///< moved by relax()
   std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()

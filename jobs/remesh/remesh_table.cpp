@@ -7,6 +7,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
+constexpr double kNoFeature = 180;  ///< degrees that no edge exceeds
+
 struct RemeshArguments : RemeshRequest {
   std::vector<std::string> compress;
 };
@@ -32,6 +34,10 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                     {"levels", request.levels},
                     {"vertices", report.vertices},
                     {"faces", report.small_faces},
+                    {"feature_angle", report.feature_angle},
+                    {"crease_edges", report.crease_edges},
+                    {"crease_corners", report.crease_corners},
+                    {"faces_for_creases", report.faces_for_creases},
                     {"exact_base_faces", report.exact_faces},
                     {"relaxed_vertices", report.relaxed_samples},
                     {"turned_faces_before", report.turned_before},
@@ -92,6 +98,19 @@ Job remesh_job() {
   table.count(
       "fill-holes", [](RemeshArguments & request) -> auto& { return request.repair.fill_holes; }, 0,
       std::uint64_t{1} << 32, "Fill holes with at most this number of edges");
+  table
+      .named(
+          "feature-angle",
+          [](RemeshRequest& request, const std::string& text) {
+            if (text == "auto")
+              request.feature_angle.reset();
+            else
+              request.feature_angle =
+                  text == "none" ? kNoFeature : parse_number(text, 1, kNoFeature);
+          },
+          "Edges that turn by more degrees stay sharp; auto: chosen from the angles of INPUT")
+      .by_default("auto")
+      .shown_as("DEGREES|auto|none");
   table.flag("no-foldover", &RemeshArguments::refuse_turned,
              "Make the base mesh anew, at most 8 times, while small faces are turned over; refuse "
              "what is left");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
 
 #include "plait/error.h"
@@ -17,11 +18,15 @@ struct RecordShape {
       : faces(word & 63u),
         lost_faces(word >> 6 & 3u),
         closed((word >> 8 & 1u) != 0),
-        apex{word >> 9 & 63u, word >> 15 & 63u} {}
+        apex{word >> 9 & 63u, word >> 15 & 63u},
+        kept_stays((word >> 21 & 1u) != 0),
+        crease_spoke(word >> 22 & 63u) {}
 
   std::size_t faces, lost_faces;
   bool closed;
   std::array<std::size_t, 2> apex;
+  bool kept_stays;           ///< so its spokes are what they were
+  std::size_t crease_spoke;  ///< 1 more than its place in the ring, or 0: `gone` was on it
 
   std::size_t ring_size() const { return closed ? faces : faces + 1; }
   std::size_t corners() const { return kHeaderWords + 2 * ring_size(); }
@@ -42,7 +47,7 @@ double turn(PlaneVector a, PlaneVector b, PlaneVector p) {
 struct Nearest {
   double least = -1e300;
   std::array<double, 3> weights{};  ///< at the corner `corner` of the face, and the two after it
-  std::size_t face = 0;
+  std::size_t face = 0;             ///< of the fan, or, after those, one that is lost
 
   void offer(PlaneVector a, PlaneVector b, PlaneVector c, PlaneVector p, std::size_t candidate) {
     const std::array<double, 3> areas = {turn(b, c, p), turn(c, a, p), turn(a, b, p)};
@@ -54,6 +59,30 @@ struct Nearest {
     face = candidate;
   }
 };
+
+double length(PlaneVector a) { return std::sqrt(a.x * a.x + a.y * a.y); }
+
+/// A point of a spoke stays on it, without rounding, if the vertex in the middle is where the kept
+/// one was. `share` is the weight of the spoke's vertex in the ring. Nothing is found if all faces
+/// at the spoke were at the vertex that is gone, and the spoke was none.
+template <class IsAtGone, class Ring>
+void follow_spoke(const RecordShape& shape, std::size_t spoke, double share, PlaneVector gone,
+                  const IsAtGone& is_at_gone, const Ring& ring, Nearest& nearest) {
+  const bool was_gone = spoke + 1 == shape.crease_spoke;
+  if (was_gone) {
+    const double part = length(gone) / length(ring(spoke));
+    if (share <= part) {
+      nearest = {0, {1 - share / part, share / part, 0}, shape.faces};
+      return;
+    }
+    share = (share - part) / (1 - part);
+  }
+  const std::size_t before = spoke > 0 ? spoke - 1 : shape.faces - 1;
+  if (spoke < shape.faces && is_at_gone(spoke) == was_gone)
+    nearest = {0, {1 - share, share, 0}, spoke};
+  else if ((shape.closed || spoke > 0) && is_at_gone(before) == was_gone)
+    nearest = {0, {1 - share, 0, share}, before};
+}
 
 /// Rounding can put a point a little outside of its face.
 std::array<double, 3> inside(std::array<double, 3> weights) {
@@ -70,7 +99,9 @@ void CollapseHistory::add(const Patch& patch, const PatchPlane& plane, Room& roo
   const auto lost = static_cast<std::uint32_t>(patch.lost_faces);
   const std::uint32_t word = faces | lost << 6 | (patch.closed ? 1u << 8 : 0u) |
                              static_cast<std::uint32_t>(patch.apex[0]) << 9 |
-                             static_cast<std::uint32_t>(patch.apex[1]) << 15;
+                             static_cast<std::uint32_t>(patch.apex[1]) << 15 |
+                             (patch.kept_stays ? 1u << 21 : 0u) |
+                             static_cast<std::uint32_t>(patch.crease_at_gone + 1) << 22;
   const RecordShape shape(word);
   if (room.used + shape.words() > kBlockWords) {
     const std::scoped_lock lock(*mutex_);
@@ -117,11 +148,17 @@ SurfacePoint CollapseHistory::follow_back(SurfacePoint point) const {
                            to_first * first.y + to_next * after.y};
 
     const PlaneVector kept = plane_point(words + 2), gone = plane_point(words + 4);
+    const auto is_at_gone = [&](std::size_t i) { return (words[1] >> i & 1u) != 0; };
     Nearest nearest;
+    if (keeps_lines_ && point.weights[corner] == 0)  // the ring is what it was
+      nearest = {0, {0, to_first, to_next}, at};
+    else if (keeps_lines_ && shape.kept_stays && (to_first == 0 || to_next == 0))
+      follow_spoke(shape, to_next == 0 ? at : shape.next(at), to_first + to_next, gone, is_at_gone,
+                   ring, nearest);
     for (std::size_t step = 0; step < shape.faces && nearest.least < 0; ++step) {
       // Most points stay in the face that they were in.
       const std::size_t i = at + step < shape.faces ? at + step : at + step - shape.faces;
-      nearest.offer((words[1] >> i & 1u) != 0 ? gone : kept, ring(i), ring(shape.next(i)), p, i);
+      nearest.offer(is_at_gone(i) ? gone : kept, ring(i), ring(shape.next(i)), p, i);
     }
     if (nearest.least < 0) {
       nearest.offer(kept, gone, ring(shape.apex[0]), p, shape.faces);

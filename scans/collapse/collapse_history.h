@@ -23,9 +23,10 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class CollapseHistory {
  public:
-  /// A history without collapses of a surface with `faces` faces.
-  explicit CollapseHistory(std::size_t faces)
-      : last_(faces, kNone), mutex_(std::make_unique<std::mutex>()) {}
+  /// A history without collapses of a surface with `faces` faces. With `keeps_lines`, points of
+  /// creases stay on them without rounding.
+  explicit CollapseHistory(std::size_t faces, bool keeps_lines = false)
+      : last_(faces, kNone), keeps_lines_(keeps_lines), mutex_(std::make_unique<std::mutex>()) {}
 
   static constexpr std::size_t kBlockWords = std::size_t{1} << 18;
 
@@ -58,7 +59,8 @@ class CollapseHistory {
 
   std::vector<std::unique_ptr<std::uint32_t[]>> blocks_;  // never moved while they grow
   std::vector<std::uint32_t> last_;                       // [face] its newest record
-  std::unique_ptr<std::mutex> mutex_;                     // of blocks_
+  bool keeps_lines_;
+  std::unique_ptr<std::mutex> mutex_;  // of blocks_
   std::uint64_t collapses_ = 0;
 };
 

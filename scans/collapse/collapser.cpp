@@ -17,23 +17,19 @@ void Collapser::shape_patch(const Patch& patch, PatchShape& shape) const {
         state_.positions[patch.ring[static_cast<std::size_t>(i)]];
   shape.kept = state_.positions[patch.kept];
   shape.gone = state_.positions[patch.gone];
-  if (!patch.closed && !patch.border_edge) {
+  if (patch.kept_stays) {
     shape.now = shape.kept;
     return;
   }
   shape.anchor = Anchor::kNone;
-  if (patch.border_edge && state_.corners[patch.kept] + state_.corners[patch.gone] > 0) {
-    const bool at_kept = state_.corners[patch.kept] != 0;
+  if (const bool at_kept = state_.mesh.is_corner(patch.kept);
+      patch.border_edge && (at_kept || state_.mesh.is_corner(patch.gone))) {
     shape.anchor = at_kept ? Anchor::kKept : Anchor::kGone;
     shape.now = at_kept ? shape.kept : shape.gone;
     return;
   }
   const Point middle = 0.5 * (shape.kept + shape.gone);
   shape.now = (state_.quadrics[patch.kept] + state_.quadrics[patch.gone]).minimum(middle);
-}
-
-bool Collapser::keeps_corners(const Patch& patch) const {
-  return !patch.border_edge || state_.corners[patch.kept] + state_.corners[patch.gone] < 2;
 }
 
 bool Collapser::fan_fits(const Patch& patch, const PatchShape& shape) {
@@ -62,6 +58,8 @@ bool Collapser::fan_fits(const Patch& patch, const PatchShape& shape) {
     fan_area_ += now_area / 2;
     fan_normal_ = fan_normal_ + now;
   }
+  // The faces around a vertex of a crease are no cone.
+  if (state_.mesh.is_on_crease(patch.kept)) return fan_quality_ > 0;
   const double normal_length = length(fan_normal_);
   for (int i = 0; i < patch.faces; ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -73,7 +71,7 @@ bool Collapser::fan_fits(const Patch& patch, const PatchShape& shape) {
 
 void Collapser::offer(FaceSide edge) {
   if (!is_inside(edge)) return;
-  if (!state_.mesh.gather(edge, patch_) || !keeps_corners(patch_)) {
+  if (!state_.mesh.gather(edge, patch_)) {
     ++refused_.by_topology;
     return;
   }
@@ -132,7 +130,7 @@ void Collapser::share_area(const Patch& patch) {
 }
 
 std::uint64_t Collapser::try_collapse(FaceSide edge) {
-  if (!state_.mesh.gather(edge, patch_) || !keeps_corners(patch_)) return 0;
+  if (!state_.mesh.gather(edge, patch_)) return 0;
   shape_patch(patch_, shape_);
   if (!fan_fits(patch_, shape_)) return 0;
   const auto plane = lay_out(patch_, shape_);
@@ -141,7 +139,6 @@ std::uint64_t Collapser::try_collapse(FaceSide edge) {
   share_area(patch_);
   state_.mesh.collapse(patch_);
   state_.positions[patch_.kept] = shape_.now;
-  if (patch_.border_edge) state_.corners[patch_.kept] |= state_.corners[patch_.gone];
   state_.quadrics[patch_.kept] = state_.quadrics[patch_.kept] + state_.quadrics[patch_.gone];
   ++state_.stamps[patch_.kept];
 

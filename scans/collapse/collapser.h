@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "collapse/border_corners.h"
 #include "collapse/collapse_history.h"
 #include "collapse/collapsing_mesh.h"
 #include "collapse/patch.h"
@@ -25,14 +26,13 @@ struct ShapeLimits {
 
 /// A mesh on the way from a scan to its base mesh.
 struct CollapseState {
-  explicit CollapseState(const Surface& scan)
-      : mesh(scan),
-        history(scan.faces.size()),
+  CollapseState(const Surface& scan, const Creases& creases)
+      : mesh(scan, creases, border_corners(scan)),
+        history(scan.faces.size(), creases.edge_count > 0),
         quadrics(scan.positions.size()),
         stamps(scan.positions.size(), 0),
         carried(scan.faces.size()),
-        waits(3 * scan.faces.size(), 0),
-        corners(scan.positions.size(), 0) {}
+        waits(3 * scan.faces.size(), 0) {}
 
   CollapsingMesh mesh;
   CollapseHistory history;
@@ -41,7 +41,6 @@ struct CollapseState {
   std::vector<std::uint32_t> stamps;  ///< counts the changes of a vertex
   std::vector<float> carried;         ///< [face] area of the scan that the face stands for
   std::vector<std::uint8_t> waits;    ///< [side] whether a queue has the edge by this side
-  std::vector<std::uint8_t> corners;  ///< [vertex] whether it is a corner of a border, which stays
   /// [vertex] the tile that all its faces are in, or kNoId. Empty: no tiles.
   std::vector<std::uint32_t> tiles;
 };
@@ -88,8 +87,6 @@ class Collapser {
   /// Returns how many faces are gone.
   std::uint64_t try_collapse(FaceSide edge);
   void shape_patch(const Patch& patch, PatchShape& shape) const;
-  /// Whether no two corners of a border would be one.
-  bool keeps_corners(const Patch& patch) const;
   /// Whether the fan's faces fit the limits. Sets their area, and their worst quality.
   bool fan_fits(const Patch& patch, const PatchShape& shape);
   void share_area(const Patch& patch);

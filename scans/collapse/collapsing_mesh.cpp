@@ -1,19 +1,27 @@
 #include "collapse/collapsing_mesh.h"
 
 #include <atomic>
+#include <utility>
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-CollapsingMesh::CollapsingMesh(const Surface& scan)
+CollapsingMesh::CollapsingMesh(const Surface& scan, const Creases& creases,
+                               std::vector<std::uint8_t> corners)
     : faces_(scan.faces),
       across_(scan.across),
-      border_(scan.positions.size(), 0),
+      lines_(scan.positions.size(), 0),
+      corners_(std::move(corners)),
+      creases_(creases.sides),
       live_faces_(scan.faces.size()) {
+  corners_.resize(scan.positions.size(), 0);
+  for (std::size_t vertex = 0; vertex < creases.corners.size(); ++vertex)
+    corners_[vertex] |= creases.corners[vertex];
   for (std::size_t code = 0; code < across_.size(); ++code) {
-    if (across_[code].exists()) continue;
     FaceSide side;
     side.code = static_cast<std::uint32_t>(code);
-    border_[start(side)] = border_[end(side)] = 1;
+    const std::uint8_t line = !across_[code].exists() ? kBorder : is_crease(side) ? kCrease : 0;
+    lines_[start(side)] |= line;
+    lines_[end(side)] |= line;
   }
 }
 
@@ -39,19 +47,54 @@ bool CollapsingMesh::has_distinct_ring(const Patch& patch) const {
   return true;
 }
 
-bool CollapsingMesh::gather(FaceSide side, Patch& patch) const {
-  // The corners of the left face at the two ends, and those of the right face.
-  FaceSide right = across(side);
-  if (right.exists() && is_border(end(side))) {
-    if (is_border(start(side))) return false;  // the fan's vertex would be on the border twice
-    std::swap(side, right);
+bool CollapsingMesh::choose_kept(FaceSide& side) const {
+  const FaceSide right = across(side);
+  // A border edge can keep either end (Anchor).
+  if (!right.exists()) return !is_corner(start(side)) || !is_corner(end(side));
+  // Otherwise the fan's vertex would be on a border or a crease twice, or a corner would be gone.
+  const auto has_to_stay = [&](VertexId vertex) {
+    return is_crease(side) ? is_corner(vertex) : lines_[vertex] != 0;
+  };
+  if (!has_to_stay(end(side))) return true;
+  if (has_to_stay(start(side))) return false;
+  side = right;
+  return true;
+}
+
+bool CollapsingMesh::find_creases(Patch& patch) const {
+  patch.crease_at_gone = patch.crease_at_kept = -1;
+  if (!patch.crease_edge) return true;
+  for (int i = 0; i < patch.faces; ++i) {
+    const FaceSide corner = patch.corners[static_cast<std::size_t>(i)];
+    int& place = patch.is_at_gone(i) ? patch.crease_at_gone : patch.crease_at_kept;
+    if (is_crease(FaceSide(corner.face(), (corner.side() + 2) % 3))) place = i;
+    if (is_crease(FaceSide(corner.face(), (corner.side() + 1) % 3))) place = patch.next(i);
   }
+  if (patch.kept_stays) patch.crease_at_kept = -1;
+  // A crease that goes on to an apex would become one with another edge.
+  for (const int apex : patch.apex)
+    if (apex == patch.crease_at_gone || apex == patch.crease_at_kept) return false;
+  return patch.crease_at_gone >= 0 && (patch.kept_stays || patch.crease_at_kept >= 0);
+}
+
+bool CollapsingMesh::gather(FaceSide side, Patch& patch) const {
+  if (!choose_kept(side)) return false;
+  patch.crease_edge = across(side).exists() && is_crease(side);
+  patch.border_edge = !across(side).exists();
   patch.kept = start(side);
   patch.gone = end(side);
+  patch.closed = !patch.border_edge && !is_border(patch.kept);
+  patch.kept_stays = patch.crease_edge   ? is_corner(patch.kept)
+                     : patch.border_edge ? false
+                                         : lines_[patch.kept] != 0;
+  return gather_ring(side, patch) && find_creases(patch);
+}
+
+bool CollapsingMesh::gather_ring(FaceSide side, Patch& patch) const {
+  // The corners of the left face at the two ends, and those of the right face.
+  const FaceSide right = across(side);
   patch.faces = 0;
   patch.at_gone = 0;
-  patch.border_edge = !right.exists();
-  patch.closed = !patch.border_edge && !is_border(patch.kept);
   const FaceSide left_kept(side.face(), (side.side() + 1) % 3),
       left_gone(side.face(), (side.side() + 2) % 3);
   patch.lost[0] = left_kept;
@@ -95,6 +138,12 @@ void CollapsingMesh::remove_face(FaceSide corner_at_kept, bool left) {
   const FaceSide opposite_gone = across_[base + next_of(left ? corner : corner + 1)];
   if (opposite_kept.exists()) across_[opposite_kept.code] = opposite_gone;
   if (opposite_gone.exists()) across_[opposite_gone.code] = opposite_kept;
+  if (!creases_.empty()) {
+    const bool crease = (opposite_kept.exists() && is_crease(opposite_kept)) ||
+                        (opposite_gone.exists() && is_crease(opposite_gone));
+    for (const FaceSide side : {opposite_kept, opposite_gone})
+      if (side.exists() && crease) creases_[side.code] = 1;
+  }
   faces_[corner_at_kept.face()] = {kNoId, kNoId, kNoId};
   std::atomic_ref(live_faces_).fetch_sub(1, std::memory_order_relaxed);
 }
@@ -105,6 +154,7 @@ void CollapsingMesh::collapse(const Patch& patch) {
     const FaceSide corner = patch.corners[static_cast<std::size_t>(i)];
     faces_[corner.face()][static_cast<std::size_t>(corner.side())] = patch.kept;
   }
+  corners_[patch.kept] |= corners_[patch.gone];  // of a border edge, either end can be one
   for (int i = 0; i < patch.lost_faces; ++i)
     remove_face(patch.lost[static_cast<std::size_t>(i)], i == 0);
 }

@@ -8,6 +8,7 @@
 
 #include "collapse/patch.h"
 #include "plait/detail/namespace.h"
+#include "surface/creases.h"
 #include "surface/surface.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -15,11 +16,16 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// Pinned by tests/scans/decimate_test.cpp: after every collapse the mesh is an oriented manifold.
 class CollapsingMesh {
  public:
-  explicit CollapsingMesh(const Surface& scan);
+  /// `corners` [vertex] 1: stays in its place. Empty: none.
+  explicit CollapsingMesh(const Surface& scan, const Creases& creases = {},
+                          std::vector<std::uint8_t> corners = {});
 
   const std::vector<std::array<VertexId, 3>>& faces() const { return faces_; }
   bool lives(FaceId face) const { return faces_[face][0] != kNoId; }
-  bool is_border(VertexId vertex) const { return border_[vertex] != 0; }
+  bool is_border(VertexId vertex) const { return (lines_[vertex] & kBorder) != 0; }
+  bool is_on_crease(VertexId vertex) const { return (lines_[vertex] & kCrease) != 0; }
+  bool is_corner(VertexId vertex) const { return corners_[vertex] != 0; }
+  bool is_crease(FaceSide side) const { return !creases_.empty() && creases_[side.code] != 0; }
   /// REQUIRES: no other thread collapses.
   std::uint64_t live_faces() const { return live_faces_; }
 
@@ -29,8 +35,8 @@ class CollapsingMesh {
 
   /// The faces around the edge that `side` is. Returns false if the collapse would change the
   /// topology (H. Edelsbrunner, "Geometry and topology for mesh generation", 2001: the link
-  /// condition), or if its fan would have more than kMaxFan faces. A border vertex is kept, if one
-  /// end is one.
+  /// condition), that of borders, creases or corners, or if its fan would have more than kMaxFan
+  /// faces. An end on a border or a crease is kept if the edge is not, and a corner is.
   bool gather(FaceSide side, Patch& patch) const;
   /// Replaces the patch by its fan. The vertex of the fan is patch.kept. Threads: any number, if
   /// no face of a patch is near one of another thread's: all faces at the patch's vertices `kept`
@@ -55,11 +61,19 @@ class CollapsingMesh {
   /// border.
   bool add_fan(FaceSide corner, FaceSide stop, bool at_gone, Patch& patch) const;
   bool has_distinct_ring(const Patch& patch) const;
+  /// Which end is kept; false if the edge has to stay.
+  bool choose_kept(FaceSide& side) const;
+  bool gather_ring(FaceSide side, Patch& patch) const;
+  /// Sets the places of the creases at the ends; false if the collapse would join two of them.
+  bool find_creases(Patch& patch) const;
   void remove_face(FaceSide corner_at_kept, bool left);
 
   std::vector<std::array<VertexId, 3>> faces_;
   std::vector<FaceSide> across_;
-  std::vector<std::uint8_t> border_;
+  static constexpr std::uint8_t kBorder = 1, kCrease = 2;
+  std::vector<std::uint8_t> lines_;    // [vertex] what it is on
+  std::vector<std::uint8_t> corners_;  // [vertex]
+  std::vector<std::uint8_t> creases_;  // [3 face + side]; empty if there are none
   std::uint64_t live_faces_;
 };
 

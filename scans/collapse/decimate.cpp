@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "base/threads.h"
-#include "collapse/border_corners.h"
 #include "collapse/collapser.h"
 #include "collapse/tiles.h"
 #include "plait/error.h"
@@ -50,10 +49,11 @@ constexpr FaceId kFacesBetweenTells = 1 << 16;
 class Decimator {
  public:
   Decimator(const Surface& scan, const DecimateOptions& options)
-      : state_(scan), options_(options), first_faces_(scan.faces.size()) {
+      : state_(scan, options.creases != nullptr ? *options.creases : Creases{}),
+        options_(options),
+        first_faces_(scan.faces.size()) {
     normalise(scan);
     add_quadrics();
-    state_.corners = border_corners(scan);
   }
 
   void run() {
@@ -130,7 +130,7 @@ void Decimator::add_quadrics() {
     }
     for (int side = 0; side < 3; ++side) {
       const FaceSide edge(face, side);
-      if (mesh.across(edge).exists()) continue;
+      if (mesh.across(edge).exists() && !mesh.is_crease(edge)) continue;
       const VertexId start = mesh.start(edge), end = mesh.end(edge);
       const Point along = positions[end] - positions[start];
       Quadric wall;
@@ -193,6 +193,9 @@ Decimated Decimator::finish() {
     const auto& [a, b, c] = mesh.faces()[face];
     result.faces.push_back({number[a], number[b], number[c]});
     result.scan_faces.push_back(face);
+    if (options_.creases != nullptr && !options_.creases->sides.empty())
+      for (int side = 0; side < 3; ++side)
+        result.crease_sides.push_back(mesh.is_crease(FaceSide(face, side)) ? 1 : 0);
   }
   result.history = std::move(state_.history);
   return result;

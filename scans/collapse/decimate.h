@@ -11,6 +11,7 @@
 #include "collapse/tiles.h"
 #include "plait/detail/namespace.h"
 #include "plait/progress.h"
+#include "surface/creases.h"
 #include "surface/surface.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -24,6 +25,8 @@ struct DecimateOptions {
   /// No face turns far from those that it replaces while any other edge can collapse. The base mesh
   /// is farther from thin parts, but fewer small triangles turn over on fins.
   bool firm = false;
+  /// Vertices of a crease stay on it, and its corners where they are.
+  const Creases* creases = nullptr;
   ProgressCallback progress = {};  ///< counts faces that are gone, of those that shall go
 };
 
@@ -39,6 +42,8 @@ struct Decimated {
   std::vector<Point> positions;  ///< near the scan, not on it
   std::vector<std::array<VertexId, 3>> faces;
   std::vector<FaceId> scan_faces;  ///< [face] the number that `history` knows it by
+  /// [3 face + side] 1: a crease. Empty: there are none.
+  std::vector<std::uint8_t> crease_sides;
   CollapseHistory history{0};
   DecimateLimits limits;  ///< of the edges left, if the faces are more than asked for
 };
@@ -51,7 +56,8 @@ struct Decimated {
 /// weighted by area, at the best place of the new vertex; times the square of the stretch: the area
 /// of scan that the new faces carry over their own; and larger for thin faces and many of them.
 /// Borders have planes of their own, at right angles to their faces. A vertex on the border stays
-/// on it, and corners of borders stay where they are (border_corners.h).
+/// on it, and corners of borders stay where they are (border_corners.h). Creases are as borders
+/// that have two sides: points of a crease of the base mesh are on the crease of the scan.
 ///
 /// Edges inside of tiles collapse first, until ten times as many faces are left as asked for, on
 /// all threads of the present arena. Then all edges do, on one thread, and faces may turn further

@@ -63,14 +63,31 @@ bool ring_in_plane(const Patch& patch, const PatchShape& shape, PatchPlane& plan
   if (!(sum > 0)) return false;
   const double scale = (patch.closed ? 2 : 1) * std::numbers::pi / sum;
   const double power = std::clamp(scale, 0.5, 2.0);
+  // A crease through the new vertex is straight: half a turn is on each side of it.
+  const bool has_line = patch.crease_at_kept >= 0;
+  double scale_here = scale, scale_beyond = scale;
+  if (has_line) {
+    double half = 0;
+    for (int i = patch.crease_at_gone; i != patch.crease_at_kept; i = patch.next(i))
+      half += angle[static_cast<std::size_t>(i)];
+    if (!(half > 0 && half < sum)) return false;
+    scale_here = std::numbers::pi / half;
+    scale_beyond = std::numbers::pi / (sum - half);
+  }
   double turn = 0;
-  for (int i = 0; i < count; ++i) {
+  for (int step = 0, i = patch.closed ? std::max(patch.crease_at_gone, 0) : 0; step < count;
+       ++step, i = patch.next(i)) {
+    if (has_line && i == patch.crease_at_kept) scale_here = scale_beyond;
     const auto at = static_cast<std::size_t>(i);
     const double radius = std::pow(distance[at] / mean, power);
     plane.ring[at] = {static_cast<float>(radius * std::cos(turn)),
                       static_cast<float>(radius * std::sin(turn))};
-    if (i < patch.faces && angle[at] * scale > kWidestAngle) return false;
-    turn += angle[at] * scale;
+    if (i < patch.faces && angle[at] * scale_here > kWidestAngle) return false;
+    turn += angle[at] * scale_here;
+  }
+  if (has_line) {
+    plane.ring[static_cast<std::size_t>(patch.crease_at_gone)].y = 0;
+    plane.ring[static_cast<std::size_t>(patch.crease_at_kept)].y = 0;
   }
   if (patch.closed) return true;
   // The border is a straight line through the new vertex, without rounding.
@@ -108,6 +125,23 @@ void place_on_border(const Patch& patch, const PatchShape& shape, PatchPlane& pl
   plane.kept = {static_cast<float>(kept), 0};
 }
 
+void place_on_crease(const Patch& patch, const PatchShape& shape, PatchPlane& plane) {
+  const auto after = static_cast<std::size_t>(patch.crease_at_gone);
+  const double b = length(shape.gone - shape.kept), c = length(shape.ring[after] - shape.gone);
+  if (patch.kept_stays) {  // a corner, at the origin
+    const double part = b / (b + c);
+    plane.gone = {static_cast<float>(part * plane.ring[after].x),
+                  static_cast<float>(part * plane.ring[after].y)};
+    plane.kept = {0, 0};
+    return;
+  }
+  const auto before = static_cast<std::size_t>(patch.crease_at_kept);
+  const double first = plane.ring[before].x, width = double{plane.ring[after].x} - first;
+  const double a = length(shape.kept - shape.ring[before]);
+  plane.kept = {static_cast<float>(first + width * a / (a + b + c)), 0};
+  plane.gone = {static_cast<float>(first + width * (a + b) / (a + b + c)), 0};
+}
+
 bool place_inside(const Patch& patch, const PatchShape& shape, Weights kind, PatchPlane& plane) {
   Equation kept, gone;
   for (int i = 0; i < patch.faces; ++i) {
@@ -129,7 +163,7 @@ bool place_inside(const Patch& patch, const PatchShape& shape, Weights kind, Pat
     gone.add(from_gone[1], plane.ring[apex]);
   }
   PlaneVector k, g;
-  if (patch.closed) {
+  if (!patch.kept_stays) {
     const double determinant = kept.total * gone.total - kept.to_other * gone.to_other;
     if (!(determinant > 0)) return false;
     k = {(gone.total * kept.sum.x + kept.to_other * gone.sum.x) / determinant,
@@ -177,6 +211,11 @@ std::optional<PatchPlane> lay_out(const Patch& patch, const PatchShape& shape) {
   }
   if (patch.border_edge) {
     place_on_border(patch, shape, plane);
+    if (all_fit(patch, shape, plane)) return plane;
+    return {};
+  }
+  if (patch.crease_edge) {
+    place_on_crease(patch, shape, plane);
     if (all_fit(patch, shape, plane)) return plane;
     return {};
   }

@@ -23,6 +23,13 @@ struct Patch {
   bool closed = true;
   /// Of an open ring: whether both ends are on the border, so that the edge is a border edge.
   bool border_edge = false;
+  /// Whether the edge is a crease, and the places in the ring of the next vertices of its crease
+  /// after `gone`, and after `kept` unless that is a corner. They are -1 otherwise.
+  bool crease_edge = false;
+  int crease_at_gone = -1, crease_at_kept = -1;
+  /// Whether the fan's vertex is where `kept` was: on a border or a crease that `gone` is not on,
+  /// or at a corner.
+  bool kept_stays = false;
   int faces = 0;
   std::array<VertexId, kMaxFan + 1> ring{};
   std::array<FaceSide, kMaxFan> corners{};  ///< of face i at the edge's end
@@ -65,10 +72,12 @@ struct PatchShape {
 
 /// Lays the fan out as a cone: angles at the new vertex are scaled so that their sum is a full
 /// turn, at a border half a turn, and distances as a conformal map would (z to the power of the
-/// scale). The old vertices are placed by cotangent weights (U. Pinkall and K. Polthier, "Computing
-/// discrete minimal surfaces and their conjugates", 1993), or by mean value coordinates (M.
-/// Floater, 2003), or by equal weights: the first that turns no old face and makes none a needle.
-/// Empty if none does.
+/// scale). A crease that goes on at both ends of the edge is a straight line through the new
+/// vertex, with half a turn on each side of it, and one that ends at a corner is a spoke of the new
+/// vertex. The old vertices stay on it. The old vertices are placed by cotangent weights (U.
+/// Pinkall and K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993), or
+/// by mean value coordinates (M. Floater, 2003), or by equal weights: the first that turns no old
+/// face and makes none a needle. Empty if none does.
 std::optional<PatchPlane> lay_out(const Patch& patch, const PatchShape& shape);
 
 PLAIT_END_NAMESPACE

@@ -57,7 +57,7 @@ class Relaxation {
     set_places();
     gather();
     find_borders();
-    find_still_faces();
+    find_still_samples();
   }
 
   std::uint64_t run() {
@@ -99,23 +99,11 @@ class Relaxation {
       });
     });
   }
-  /// The number of the sample that is `part` parts of a side after its start.
-  std::uint64_t on_side(FaceId face, int side, std::int64_t part) const {
-    const std::int64_t rest = numbers_.size() - part;
-    switch (side) {
-      case 0:
-        return numbers_.of(face, rest, part);
-      case 1:
-        return numbers_.of(face, 0, rest);
-      default:
-        return numbers_.of(face, part, 0);
-    }
-  }
 
   void set_places();
   void gather();
   void find_borders();
-  void find_still_faces();
+  void find_still_samples();
   double mean_error() const {
     return std::accumulate(errors_.begin(), errors_.end(), 0.0) /
            static_cast<double>(errors_.size());
@@ -138,7 +126,7 @@ class Relaxation {
   std::vector<RingTriangle> around_;  ///< sample s has those from first_[s] to first_[s + 1]
   std::vector<double> mean_areas_;    ///< [base face] twice the area, as area_vector() has it
   // Bytes, because threads write neighbours at once.
-  std::vector<std::uint8_t> fixed_;                     ///< on a border, or of a still face
+  std::vector<std::uint8_t> fixed_;                     ///< on a border, or still
   std::vector<std::uint8_t> moved_before_, moved_now_;  ///< in the round before, and in this one
   std::vector<std::uint8_t> moved_ever_;
 };
@@ -190,11 +178,13 @@ void Relaxation::find_borders() {
   for (const EdgeId edge : topology_.border_edges) {
     const FaceSide side = topology_.edges[edge].own;
     for (std::int64_t part = 0; part <= numbers_.size(); ++part)
-      fixed_[on_side(side.face(), side.side(), part)] = 1;
+      fixed_[numbers_.on_side(side, part)] = 1;
   }
 }
 
-void Relaxation::find_still_faces() {
+void Relaxation::find_still_samples() {
+  for (std::size_t sample = 0; sample < options_.still_samples.size(); ++sample)
+    fixed_[sample] |= options_.still_samples[sample];
   for (FaceId face = 0; face < options_.still_faces.size(); ++face)
     if (options_.still_faces[face] != 0)
       numbers_.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
@@ -258,14 +248,14 @@ void Relaxation::relax_round() {
     for (int side = 0; side < 3; ++side)
       if (topology_.is_own(face, side))
         for (std::int64_t part = 2; part + 2 <= size; ++part)
-          relax_sample(on_side(face, side, part), ring);
+          relax_sample(numbers_.on_side(FaceSide(face, side), part), ring);
   });
   SampleRing ring;
   in_steps(topology_.edges.size(), true, [&](std::size_t first, std::size_t last) {
     for (std::size_t edge = first; edge < last; ++edge)
       for (const std::int64_t part : {std::int64_t{1}, size - 1}) {
         const FaceSide own = topology_.edges[edge].own;
-        relax_sample(on_side(own.face(), own.side(), part), ring);
+        relax_sample(numbers_.on_side(own, part), ring);
       }
   });
   in_steps(base_.vertex_count(), true, [&](std::size_t first, std::size_t last) {

@@ -23,13 +23,15 @@ struct RelaxOptions {
   double most_ratio = 2;
   /// [face of the base mesh] 1: its samples stay (exact_faces()). Empty: none do.
   std::span<const std::uint8_t> still_faces = {};
+  /// [sample] 1: it stays (vertices_on_sides()). Empty: none does.
+  std::span<const std::uint8_t> still_samples = {};
   ProgressCallback progress = {};  ///< counts faces, edges and vertices, in each round
 };
 
 /// Moves samples along the faces of the scan, in each round by shorter ways. A sample moves if the
 /// estimated squared distances between the scan and the small triangles around it fall
 /// (sample_ring.h). No triangle turns over in exchange. Samples on the border of the base mesh
-/// stay. Returns how many samples moved.
+/// stay, and no sample crosses a border of the scan. Returns how many samples moved.
 ///
 /// `samples` are those of sample_scan(). All threads of the present arena, with the same result for
 /// each number. Memory: 180 bytes a sample, and 48 bytes a vertex of the scan. Errors: kCancelled.

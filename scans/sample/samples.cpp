@@ -12,6 +12,20 @@ constexpr std::size_t kFacesSampledAtOnce = 16;
 
 }  // namespace
 
+std::vector<std::uint8_t> vertices_on_sides(const BaseMesh& base, int level,
+                                            std::span<const std::uint8_t> sides) {
+  const SampleNumbers numbers(base, level);
+  std::vector<std::uint8_t> on_sides(numbers.count(), 0);
+  for (std::uint32_t code = 0; code < sides.size(); ++code) {
+    if (sides[code] == 0) continue;
+    FaceSide side;
+    side.code = code;
+    for (std::int64_t part = 0; part <= numbers.size(); ++part)
+      on_sides[numbers.on_side(side, part)] = 1;
+  }
+  return on_sides;
+}
+
 std::vector<SurfacePoint> sample_scan(const CollapseHistory& history, const BaseMesh& base,
                                       std::span<const FaceId> history_faces, int level,
                                       const ProgressCallback& progress) {

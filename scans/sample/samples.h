@@ -34,6 +34,19 @@ class SampleNumbers {
     return numbering_.number({face, level_, i, j});
   }
 
+  /// The vertex that is `part` parts of a side after its start.
+  std::uint64_t on_side(FaceSide side, std::int64_t part) const {
+    const std::int64_t rest = size() - part;
+    switch (side.side()) {
+      case 0:
+        return of(side.face(), rest, part);
+      case 1:
+        return of(side.face(), 0, rest);
+      default:
+        return of(side.face(), part, 0);
+    }
+  }
+
   /// Calls work(a, b, c) for the numbers of each small triangle of a face.
   template <class Work>
   void for_each_triangle(FaceId face, Work&& work) const {
@@ -47,6 +60,10 @@ class SampleNumbers {
   VertexNumbering numbering_;
   int level_;
 };
+
+/// [vertex of `base` at `level`] 1: it is on one of the sides with a 1 in `sides`, or at its ends.
+std::vector<std::uint8_t> vertices_on_sides(const BaseMesh& base, int level,
+                                            std::span<const std::uint8_t> sides);
 
 /// The points of the scan at all vertices of `base` at `level`, by their numbers. Face f of `base`
 /// has the vertices of the face that `history` knows as history_faces[f], in the same rotation. A

@@ -74,7 +74,8 @@ class Untangler {
     });
   }
   bool turned(const SampleTriangle& t) const {
-    return is_turned(scan_, samples_[t[0]], samples_[t[1]], samples_[t[2]]);
+    return is_turned(scan_, samples_[t[0]], samples_[t[1]], samples_[t[2]],
+                     options_.cut != nullptr);
   }
 
   /// Marks the samples of kRings rings around the marked ones.
@@ -112,7 +113,8 @@ class Untangler {
       }
       std::sort(second.begin(), second.end());
       std::sort(third.begin(), third.end());
-      fixed_[i] = second != third;
+      fixed_[i] = second != third ||
+                  (!options_.still_samples.empty() && options_.still_samples[movable_[i]] != 0);
     }
   }
 
@@ -163,7 +165,7 @@ class Untangler {
     if (!bad && least < 1) return false;
     SurfacePoint best = sample;
     const auto offer = [&](Point way) {
-      const SurfacePoint there = walk(scan_, sample, way);
+      const SurfacePoint there = walk(options_.cut != nullptr ? *options_.cut : scan_, sample, way);
       if (length(position_of(scan_, there) - origin) > most_way) return;
       const double now = penalty(place, there);
       if (now < 0.999 * least) {
@@ -191,7 +193,7 @@ class Untangler {
   std::vector<SurfacePoint>& samples_;
   std::vector<std::uint32_t> movable_;               ///< samples near turned triangles
   std::vector<std::vector<SampleTriangle>> around_;  ///< [place] each begins with the sample
-  std::vector<bool> fixed_;                          ///< on a border
+  std::vector<bool> fixed_;                          ///< on a border, or still
   std::uint64_t done_ = 0;                           ///< steps
 };
 

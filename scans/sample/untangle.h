@@ -17,6 +17,10 @@ struct UntangleOptions {
   int rounds = 30;
   /// A sample wanders at most so far, in mean edges of its small triangles.
   double most_way = 2;
+  /// [sample] 1: it stays (vertices_on_sides()). Empty: none does.
+  std::span<const std::uint8_t> still_samples = {};
+  /// The scan, if it has creases: samples do not cross its borders (cut_at()).
+  const Surface* cut = nullptr;
   ProgressCallback progress = {};  ///< counts rounds, and what is before and after them
 };
 

@@ -172,6 +172,51 @@ TEST_CASE("Remesh_Plane_IsExactToItsCorners") {
   CHECK(report.to_scan.max < 1e-13 * report.diagonal);
 }
 
+TEST_CASE("Remesh_CubeOfManyFaces_IsExactToItsEdges") {
+  // No axis is that of a coordinate.
+  IndexedMesh cube = cube_grid(20);
+  for (Vector3<double>& p : cube.positions)
+    p = {0.8 * p.x - 0.6 * p.y, 0.48 * p.x + 0.64 * p.y - 0.6 * p.z,
+         0.36 * p.x + 0.48 * p.y + 0.8 * p.z};
+  const RemeshFiles files;
+  write_ply(files.scan, cube);
+  RemeshRequest request = files.request(192, 3);
+  request.precision = ComponentType::kFloat64;
+  request.digest = true;
+  std::vector<std::string> digests;
+  for (const int threads : {1, 2}) {
+    request.threads = threads;
+    const RemeshReport report = files.run(request);
+    CHECK(report.crease_edges == 240);
+    CHECK(report.crease_corners == 8);
+    CHECK(report.base.faces == 192);
+    CHECK(report.turned == 0);
+    CHECK(report.to_store.max < 1e-7 * report.diagonal);  // the file has float32
+    CHECK(report.to_scan.max < 1e-7 * report.diagonal);
+    digests.push_back(report.digest);
+  }
+  CHECK(digests[0] == digests[1]);
+
+  request.feature_angle = 180;
+  const RemeshReport rounded = files.run(request);
+  CHECK(rounded.crease_edges == 0);
+  CHECK(rounded.to_store.max > 1e-4 * rounded.diagonal);
+  // Fewer faces than the corners need: an angle that was asked for is kept, the default is not.
+  request.feature_angle = 60;
+  request.faces = 6;
+  CHECK(std::string(error_of([&] { files.run(request); }).what()).find("found 12 as the fewest") !=
+        std::string::npos);
+  request.feature_angle.reset();
+  std::vector<std::string> warnings;
+  const RemeshReport few =
+      files.run(request, {.warn = [&](const std::string& what) { warnings.push_back(what); }});
+  CHECK(few.base.faces <= 7);
+  CHECK(few.crease_edges == 0);
+  CHECK(few.faces_for_creases == 12);
+  REQUIRE(!warnings.empty());
+  CHECK(warnings[0].find("take --faces 12") != std::string::npos);
+}
+
 TEST_CASE("Remesh_NoTurnedFacesAsked_AreGoneAfterOtherBaseMeshes") {
   const RemeshFiles files;
   write_ply(files.scan, finned_sheet());

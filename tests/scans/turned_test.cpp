@@ -44,7 +44,7 @@ TEST_CASE("ForEachTurned_OneSampleBeyondItsNeighbours_NamesTrianglesOfItsFace") 
   const std::uint64_t moved = numbers.of(sampled.face, 1, 1);
   std::uint64_t count = 0;
   for_each_turned(
-      sampled.scan, sampled.base, kFineLevel, sampled.samples,
+      sampled.scan, sampled.base, kFineLevel, sampled.samples, false,
       [&](FaceId face, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
         ++count;
         CHECK(face == sampled.face);
@@ -63,7 +63,7 @@ TEST_CASE("WeighTurnedFaces_Again_MultipliesTheWeightsThere") {
   const TurnedCase sampled;
   std::vector<float> weights(sampled.scan.positions.size(), 1);
   for (const float expected : {8.0F, 64.0F}) {
-    weigh_turned_faces(sampled.scan, sampled.base, kFineLevel, sampled.samples, 8, weights);
+    weigh_turned_faces(sampled.scan, sampled.base, kFineLevel, sampled.samples, false, 8, weights);
     // Samples of the face lie on it, or, on its sides, on the faces beside it.
     const auto& corners = sampled.scan.faces[sampled.face];
     for (const VertexId vertex : corners) CHECK(weights[vertex] == expected);

@@ -1,6 +1,7 @@
 #include "support/test_meshes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -237,6 +238,32 @@ IndexedMesh sheet(std::uint32_t columns, std::uint32_t rows) {
           {double(column), double(row), 0.4 * std::sin(1.1 * column) * std::cos(0.9 * row)});
   add_cells(mesh, columns, rows, columns + 1, 0, 0);
   return rounded(std::move(mesh));
+}
+
+IndexedMesh cube_grid(std::uint32_t n) {
+  IndexedMesh mesh;
+  std::map<std::array<std::uint32_t, 3>, VertexId> numbers;
+  const auto vertex = [&](std::array<std::uint32_t, 3> at) {
+    const auto [found, is_new] =
+        numbers.try_emplace(at, static_cast<VertexId>(mesh.positions.size()));
+    if (is_new) mesh.positions.push_back({double(at[0]), double(at[1]), double(at[2])});
+    return found->second;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const bool far : {false, true})
+      for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < n; ++j) {
+          const auto at = [&](std::uint32_t u, std::uint32_t v) {
+            std::array<std::uint32_t, 3> corner{};
+            corner[axis] = far ? n : 0;
+            corner[(axis + 1) % 3] = far ? i + u : i + v;
+            corner[(axis + 2) % 3] = far ? j + v : j + u;
+            return vertex(corner);
+          };
+          mesh.faces.push_back({at(0, 0), at(1, 0), at(1, 1)});
+          mesh.faces.push_back({at(0, 0), at(1, 1), at(0, 1)});
+        }
+  return mesh;
 }
 
 IndexedMesh annulus(std::uint32_t n) {

@@ -44,6 +44,8 @@ IndexedMesh closed_fan(std::uint32_t n);
 /// columns x rows squares, each divided into two triangles, on a wavy surface: regular inside, with
 /// border valences 2, 3 and 4.
 IndexedMesh sheet(std::uint32_t columns, std::uint32_t rows);
+/// A cube of side n, each of its sides n x n squares: sharp edges and corners.
+IndexedMesh cube_grid(std::uint32_t n);
 /// A ring of n squares: two border loops, genus 0, no interior vertex. REQUIRES: n >= 3.
 IndexedMesh annulus(std::uint32_t n);
 /// A tetrahedron and a sheet: two components, one closed and one open.
