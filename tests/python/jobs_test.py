@@ -81,12 +81,11 @@ def test_convert_copies_all_records(tmp_path):
 
 def test_a_pruned_store_has_a_depth_for_each_face(tmp_path):
     whole = make(icosahedron(), tmp_path / "whole.plait", levels=3, scheme="loop")
-    with plait.open(tmp_path / "whole.plait", writable=True) as store:
-        assert store.depths.tolist() == [3] * 20
-        wanted = np.full(20, 1, np.uint8)
-        wanted[4] = 3
-        store.set_face_attribute("wanted", wanted)
-        store.commit()
+    assert whole.depths.tolist() == [3] * 20
+    wanted = np.full(20, 1, np.uint8)
+    wanted[4] = 3
+    whole.set_face_attribute("wanted", wanted)
+    whole.commit()
     report = plait.prune(tmp_path / "whole.plait", tmp_path / "pruned.plait", depth_by="wanted")
     with plait.open(tmp_path / "pruned.plait") as store:
         depths = store.depths
