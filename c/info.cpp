@@ -135,6 +135,18 @@ plait_status plait_store_get_counts(const plait_store* store, int32_t level, uin
   });
 }
 
+plait_status plait_store_get_depths(const plait_store* store, int32_t* depths, uint64_t count) {
+  return guarded("plait_store_get_depths", [&] {
+    const plait::Store& of = read_store(store);
+    check_given(depths, "depths");
+    if (count != of.base().face_count())
+      throw plait::Error(plait::ErrorCode::kInvalidArgument,
+                         "count: expected " + std::to_string(of.base().face_count()) +
+                             ", one for each face, found " + std::to_string(count));
+    for (plait::FaceId face = 0; face < count; ++face) depths[face] = of.depth(face);
+  });
+}
+
 plait_status plait_store_get_faces(const plait_store* store, const uint32_t** triangles,
                                    uint64_t* face_count) {
   return guarded("plait_store_get_faces", [&] {

@@ -9,6 +9,7 @@
 #include "guard.h"
 #include "handles.h"
 #include "plait.h"
+#include "plait/detail/face_depths.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/store_access.h"
@@ -37,15 +38,21 @@ const plait_store::Maps& maps_of(const plait_store& store) {
 void fill_points(const Store& store, int level, std::uint64_t first, std::uint64_t count,
                  plait_point* points) {
   const Topology mesh = store.base().topology();
+  const FaceDepths* const depths = store.base().depths();
   const int refinement = relative_to_base(level, store.base_level()).refinements;
   const LevelGeometry slots = StoreAccess::geometry(store, 1, level, 1);  // of one slot each
   for (std::uint64_t at = 0; at < count;) {
-    const EdgeId edge = slots.first_edge(slots.block_at(first + at));
+    EdgeId edge = slots.first_edge(slots.block_at(first + at));
+    while (slots.slot(edge).bytes == 0) ++edge;  // absent slots before the one of the block
     const Slot slot = slots.slot(edge);
+    const std::int64_t last = slot_side(refinement) - 1;
+    // A half slot is in the frame of the face that it belongs to.
+    const bool turned = slot.shape == SlotShape::kHalf && depths != nullptr &&
+                        !depths->own_face_has(mesh.edges[edge], slots.level());
     for (std::uint64_t in_slot = first + at - slot.offset; in_slot < slot.bytes && at < count;
          ++in_slot, ++at) {
-      const SlotPoint place =
-          slot_point(refinement, slot.shape, static_cast<std::int64_t>(in_slot));
+      auto place = slot_point(refinement, slot.shape, static_cast<std::int64_t>(in_slot));
+      if (turned) place = {last - place.row, last - place.column};
       const FaceIndex point = face_index(mesh, {edge, refinement, place.row, place.column});
       points[at] = {point.face, static_cast<std::int32_t>(point.i),
                     static_cast<std::int32_t>(point.j), std::int32_t{1} << refinement};

@@ -17,6 +17,7 @@ const std::vector<Job>& all_jobs() {
     made.push_back(compare_job());
     made.push_back(export_job());
     made.push_back(convert_job());
+    made.push_back(prune_job());
     made.push_back(publish_job());
     made.push_back(pass_job());
     made.push_back(generate_job());

@@ -339,6 +339,7 @@ Job export_job();
 Job generate_job();
 Job import_job();
 Job pass_job();
+Job prune_job();
 Job publish_job();
 Job remesh_job();
 Job render_job();

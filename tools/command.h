@@ -34,6 +34,7 @@ void add_check_command(CommandLine& program, CommandContext& context);
 void add_clean_command(CommandLine& program, CommandContext& context);
 void add_compare_command(CommandLine& program, CommandContext& context);
 void add_convert_command(CommandLine& program, CommandContext& context);
+void add_prune_command(CommandLine& program, CommandContext& context);
 /// pass, and displace, which is pass under another name.
 void add_pass_commands(CommandLine& program, CommandContext& context);
 void add_join_command(CommandLine& program, CommandContext& context);

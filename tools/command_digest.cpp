@@ -15,16 +15,47 @@
 #include "plait/digest.h"
 #include "plait/store.h"
 #include "progress.h"
+#include "prune/compare_pruned.h"
 
 namespace plait {
 namespace {
 
 struct DigestArguments {
-  std::filesystem::path store;
+  std::filesystem::path store, against;
   int level = -1;
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
   int threads = 1;
 };
+
+/// Whether the records are those that the other store has at the same addresses.
+int run_comparison(const DigestArguments& arguments, const CommandContext& context) {
+  const Stopwatch clock;
+  OpenOptions open;
+  open.budget_bytes = arguments.memory_bytes / 2;
+  const Store store = Store::open(arguments.store, open, context.open_backends);
+  const Store whole = Store::open(arguments.against, open, context.open_backends);
+  ProgressBar progress("compare", ProgressUnit::kNone);
+  const PrunedComparison found = compare_pruned(
+      store, whole, [&](const Progress& now) { return progress.update(now.done, now.total); });
+  progress.clear();
+  if (context.json) {
+    nlohmann::ordered_json report = {{"store", arguments.store.string()},
+                                     {"against", arguments.against.string()},
+                                     {"equal", !found.difference},
+                                     {"slots", found.slots},
+                                     {"records", found.records}};
+    if (found.difference) report["difference"] = *found.difference;
+    report["seconds"] = clock.seconds();
+    print(json_text(report));
+  } else if (found.difference) {
+    print(fmt::format("{} is not as in {}: {}\n", arguments.store.native(),
+                      arguments.against.native(), *found.difference));
+  } else {
+    print(fmt::format("all {} records in {} slots are as in {}\n", found.records, found.slots,
+                      arguments.against.native()));
+  }
+  return found.difference ? kExitFailed : kExitDone;
+}
 
 int run_digest(const DigestArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
@@ -56,7 +87,13 @@ void add_digest_command(CommandLine& program, CommandContext& context) {
   CommandLine* command =
       program.add_subcommand("digest", "Print a number computed from all records of a store");
   command->add_option("STORE", arguments->store, "The store")->required();
-  add_level_option(*command, arguments->level, "Only the vertices that this level creates");
+  Option* const level =
+      add_level_option(*command, arguments->level, "Only the vertices that this level creates");
+  command
+      ->add_option("--against", arguments->against,
+                   "Compare every record with the one of the same address in this store, from "
+                   "which STORE was pruned, instead")
+      ->excludes(level);
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
   add_threads_option(*command, arguments->threads, "Threads");
   add_plugin_option(*command, context);
@@ -67,9 +104,13 @@ void add_digest_command(CommandLine& program, CommandContext& context) {
       "\n"
       "Examples:\n"
       "  plait digest surface.plait\n"
-      "  plait digest surface.plait --level 3 --json");
+      "  plait digest surface.plait --level 3 --json\n"
+      "  plait digest pruned.plait --against surface.plait");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run_digest(*arguments, context); };
+    context.run = [arguments, &context] {
+      return arguments->against.empty() ? run_digest(*arguments, context)
+                                        : run_comparison(*arguments, context);
+    };
   });
 }
 

@@ -167,6 +167,14 @@ Json store_report(Store& store, const BackendRegistry& backends) {
     }
   }
   const BackendChoice automatic = backends.choose({store.path(), raw_bytes, false, {}});
+  Json depths = Json::array();
+  for (int level = store.base_level(); store.has_depths() && level <= store.finest_level();
+       ++level) {
+    std::uint64_t faces = 0;
+    for (FaceId face = 0; face < base.face_count(); ++face)
+      faces += store.depth(face) == level ? 1u : 0u;
+    if (faces > 0) depths.push_back({{"level", level}, {"faces", faces}});
+  }
   return {
       {"store", store.path().string()},
       {"uuid", uuid_text(store.info().uuid)},
@@ -190,6 +198,7 @@ Json store_report(Store& store, const BackendRegistry& backends) {
         {"border_edges", base.border_edge_count()},
         {"memory_bytes", base.memory_bytes()}}},
       {"finest", {{"vertices", finest.vertices}, {"edges", finest.edges}, {"faces", finest.faces}}},
+      {"depths", std::move(depths)},
       {"texts", texts_report(store.notes().texts())},
       {"face_attributes", face_attributes_report(store.notes().face_attributes())},
       {"stored_bytes", store.info().stored_bytes},
@@ -276,6 +285,9 @@ void print_info(const Json& report, const Store& store) {
   print(fmt::format("finest     level {}: {} vertices, {} edges, {} faces\n",
                     report["finest_level"].get<int>(), count_of(finest["vertices"]),
                     count_of(finest["edges"]), count_of(finest["faces"])));
+  for (const Json& depth : report["depths"])
+    print(fmt::format("depth      level {}: {} faces\n", depth["level"].get<int>(),
+                      count_of(depth["faces"])));
   print(fmt::format("stored     {}; levels {} of {} raw, {:.2f} to 1\n",
                     bytes_of(report["stored_bytes"]), bytes_of(report["levels_stored_bytes"]),
                     bytes_of(report["levels_raw_bytes"]), report["ratio"].get<double>()));

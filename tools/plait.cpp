@@ -113,6 +113,7 @@ int run_program(int argument_count, char** arguments) {
   add_bounds_command(program, context);
   add_export_command(program, context);
   add_convert_command(program, context);
+  add_prune_command(program, context);
   add_publish_command(program, context);
   add_serve_command(program, context);
   add_pass_commands(program, context);

@@ -316,6 +316,11 @@ PLAIT_API plait_status plait_store_find_attribute(const plait_store* store, cons
  * NULL. */
 PLAIT_API plait_status plait_store_get_counts(const plait_store* store, int32_t level,
                                               uint64_t* vertices, uint64_t* edges, uint64_t* faces);
+/* The finest level of each base face: that of the store, unless its faces have depths of their own.
+ * Vertices, edges and faces are then counted as they are drawn (docs/adaptive.md). `count` is that
+ * of plait_store_get_faces(). Errors: INVALID_ARGUMENT for another count. */
+PLAIT_API plait_status plait_store_get_depths(const plait_store* store, int32_t* depths,
+                                              uint64_t count);
 /* The corners of the base faces, three vertices for each face. Face f is patch f. Valid until the
  * store ends. */
 PLAIT_API plait_status plait_store_get_faces(const plait_store* store, const uint32_t** triangles,

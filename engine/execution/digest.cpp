@@ -107,14 +107,16 @@ Digest digest_of_levels(const Store& store, const Passes& passes, const DigestOp
     pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
       for (std::size_t at = 0; at < pass.accesses.size(); ++at) {
         const LevelAccess& access = pass.accesses[at];
+        const LocatedSlot slot = view.slot(at, access.first_level, edge);
+        if (slot.shape == SlotShape::kAbsent) continue;
         hashers[static_cast<std::size_t>(worker)].add(
             edges[edge].start, edges[edge].end, access.first_level,
-            attributes[access.attribute].schema.name,
-            view.slot(at, access.first_level, edge).bytes);
+            attributes[access.attribute].schema.name, slot.bytes);
       }
     };
     SweepOptions sweep_options;
     sweep_options.threads = threads;
+    sweep_options.takes_depths = true;
     if (options.progress)
       sweep_options.progress = [&](const Progress& now) {
         return options.progress(

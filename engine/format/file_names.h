@@ -21,6 +21,8 @@ inline constexpr char kNewBaseIndexName[] = "base.index.new";
 inline bool is_base_index_name(std::string_view name) {
   return name == kBaseIndexName || name == kNewBaseIndexName;
 }
+/// The finest level of each face (format/depths_file.h).
+inline constexpr char kDepthsName[] = "depths";
 inline constexpr char kLockName[] = "lock";
 
 inline std::string level_file_name(std::uint32_t attribute, int level, std::uint64_t generation) {

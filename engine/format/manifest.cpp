@@ -22,13 +22,14 @@ constexpr std::size_t kSequenceOffset = 40, kChecksumOffset = 4088;
 
 /// A required feature changes the meaning of a store's bytes.
 void refuse_unknown_features(std::uint32_t required, const std::filesystem::path& path) {
-  constexpr std::uint32_t kKnown = kPredictedBlocks | kShards;
+  constexpr std::uint32_t kKnown = kPredictedBlocks | kShards | kDepths;
   required &= ~kKnown;
   if (required == 0) return;
-  throw Error(ErrorCode::kNotSupported,
-              fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
-                          "knows only those of flags 0 and 1, predicted blocks and shards",
-                          path.native(), std::countr_zero(required), program_version()));
+  throw Error(
+      ErrorCode::kNotSupported,
+      fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
+                  "knows only those of flags 0, 1 and 2: predicted blocks, shards and depths",
+                  path.native(), std::countr_zero(required), program_version()));
 }
 
 /// Returns the whole slots, at most two.

@@ -30,6 +30,7 @@ struct Manifest {
 enum RequiredFeature : std::uint32_t {
   kPredictedBlocks = 1,  ///< a block table has a predicted block
   kShards = 2,           ///< the levels are in shards, which the description lists at its end
+  kDepths = 4,           ///< faces have depths of their own, in the file "depths"
 };
 
 /// Optional features: the description ends with how attributes were rounded, with texts, with

@@ -191,10 +191,36 @@ void take_shards(FieldReader& fields, VersionDescription& version) {
   }
 }
 
+void encode_depths(const DepthsRecord& depths, FieldWriter& fields) {
+  fields.put(depths.checksum);
+  fields.put(static_cast<std::uint32_t>(depths.slots.size()));
+  for (const std::uint32_t slots : depths.slots) fields.put(slots);
+}
+
+void take_depths(FieldReader& fields, VersionDescription& version) {
+  fields.require(version.shards.empty(), "depths of levels in shards", "there");
+  DepthsRecord& depths = version.depths.emplace();
+  depths.checksum = fields.take<std::uint64_t>("the checksum of the depths");
+  const auto levels = fields.take<std::uint32_t>("the number of levels of the deepest face");
+  fields.require(levels <= static_cast<std::uint32_t>(kMaxLevel - version.provenance.base_level),
+                 "the number of levels of the deepest face", levels);
+  for (std::uint32_t level = 0; level < levels; ++level) {
+    const auto slots = fields.take<std::uint32_t>("the number of slots of a level");
+    // A face has the levels before each level that it has.
+    fields.require(slots > 0 && slots <= (level == 0 ? version.edge_count : depths.slots.back()),
+                   "the number of slots of a level", slots);
+    depths.slots.push_back(slots);
+  }
+  for (const AttributeRecord& attribute : version.attributes)
+    fields.require(attribute.levels.size() <= levels, "a number of levels beyond all depths",
+                   attribute.levels.size());
+}
+
 }  // namespace
 
 std::uint32_t required_features_of(const VersionDescription& version) {
-  return version.shards.empty() ? 0 : std::uint32_t{kShards};
+  return (version.shards.empty() ? 0 : std::uint32_t{kShards}) |
+         (version.depths ? std::uint32_t{kDepths} : 0);
 }
 
 bool is_attribute_name(std::string_view name) {
@@ -225,6 +251,7 @@ std::vector<std::byte> encode_description(const VersionDescription& version) {
   for (const AttributeRecord& attribute : version.attributes) encode_attribute(attribute, fields);
   encode_optional_fields(version, fields);
   if (!version.shards.empty()) encode_shards(version, fields);
+  if (version.depths) encode_depths(*version.depths, fields);
   std::vector<std::byte> bytes = fields.take();
   if (bytes.size() > kMaxDescriptionBytes)
     throw Error(ErrorCode::kInvalidArgument,
@@ -277,6 +304,7 @@ VersionDescription decode_description(std::span<const std::byte> bytes, std::uin
   for (std::uint32_t at = 0; at < count; ++at) version.attributes.push_back(attributes.next());
   take_optional_fields(fields, version, optional_features);
   if ((required_features & kShards) != 0) take_shards(fields, version);
+  if ((required_features & kDepths) != 0) take_depths(fields, version);
   return version;
 }
 

@@ -56,6 +56,14 @@ struct ShardRecord {
   friend bool operator==(const ShardRecord&, const ShardRecord&) = default;
 };
 
+/// Depths of the faces (format/depths_file.h).
+struct DepthsRecord {
+  std::uint64_t checksum = 0;        ///< of the file
+  std::vector<std::uint32_t> slots;  ///< [level - base level - 1] slots that are not absent
+
+  friend bool operator==(const DepthsRecord&, const DepthsRecord&) = default;
+};
+
 struct VersionDescription {
   std::uint64_t vertex_count = 0, edge_count = 0, face_count = 0, border_edge_count = 0;
   std::uint64_t block_bytes = 0;
@@ -67,7 +75,8 @@ struct VersionDescription {
   std::vector<AttributeRecord> attributes;
   Texts texts;
   std::vector<FaceAttributeRecord> face_attributes;
-  std::vector<ShardRecord> shards;  ///< empty if each level is in one piece
+  std::vector<ShardRecord> shards;          ///< empty if each level is in one piece
+  std::optional<DepthsRecord> depths = {};  ///< nothing if all faces have all levels
 
   int finest_level(const AttributeRecord& attribute) const {
     return provenance.base_level + static_cast<int>(attribute.levels.size());
@@ -105,7 +114,7 @@ VersionDescription decode_description(std::span<const std::byte> bytes, std::uin
                                       const std::filesystem::path& path,
                                       std::uint32_t optional_features = 0,
                                       std::uint32_t required_features = 0);
-/// The required features that follow from the description alone: kShards or none.
+/// The required features that follow from the description alone: kShards, kDepths or none.
 std::uint32_t required_features_of(const VersionDescription& version);
 /// The optional features (manifest.h) whose fields encode_description() writes for this version.
 std::uint32_t optional_features_of(const VersionDescription& version);

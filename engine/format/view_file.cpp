@@ -185,9 +185,10 @@ std::vector<std::byte> encode_view(const View& view, const BaseMesh& mesh,
   put(bytes, 96, largest);
   put(bytes, 104, std::uint64_t{table.size()});
   put(bytes, 112, std::uint64_t{packed.size()});
-  bytes.insert(bytes.end(), table.begin(), table.end());
-  const auto stream = std::as_bytes(std::span(packed));
-  bytes.insert(bytes.end(), stream.begin(), stream.end());
+  bytes.resize(kViewHeaderBytes + table.size() + packed.size());
+  std::ranges::copy(table, bytes.begin() + kViewHeaderBytes);
+  std::ranges::copy(std::as_bytes(std::span(packed)),
+                    bytes.end() - static_cast<std::ptrdiff_t>(packed.size()));
   const std::uint64_t checksum = checksum_of(bytes);
   bytes.resize(bytes.size() + kViewChecksumBytes);
   put(bytes, bytes.size() - kViewChecksumBytes, checksum);

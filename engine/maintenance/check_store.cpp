@@ -61,13 +61,17 @@ class StructureCheck {
         result_(result) {}
 
   void run() {
-    const bool base_known =
+    bool base_known =
         check(named(StoreFile::kBaseMesh, kBaseMeshName, "",
                     StoredSize{description_.base_mesh_bytes, description_.base_mesh_checksum}),
               [&] { result_.base = version_.read_base_mesh(); });
     if (store_.contains(kBaseIndexName))
       check(named(StoreFile::kBaseIndex, kBaseIndexName),
             [&] { version_.check_base_index(base_known ? &result_.base : nullptr); });
+    if (description_.depths && !check_depths(base_known)) {
+      result_.depths_lost = true;
+      base_known = false;
+    }
     std::vector<StoredLevel> levels = version_.levels(result_.base);
     const bool tables_known = check(
         named(StoreFile::kBlockTables, version_.version_name(), "",
@@ -112,6 +116,18 @@ class StructureCheck {
     file.reason = std::move(*reason);
     result_.damaged.push_back(std::move(file));
     return false;
+  }
+
+  /// Without the base mesh, only that the file is there.
+  bool check_depths(bool base_known) {
+    DamagedFile file = named(StoreFile::kDepths, kDepthsName, "",
+                             StoredSize{description_.face_count, description_.depths->checksum});
+    return check(std::move(file), [&] {
+      if (base_known)
+        result_.base = version_.with_depths(result_.base);
+      else
+        File(store_, kDepthsName, OpenMode::kRead);
+    });
   }
 
   /// Checks the block tables of all shards. Returns those whose tables are not known.
@@ -204,6 +220,7 @@ void find_left_overs(const Directory& store, const StoredVersion& version,
                      std::optional<std::uint64_t> older, StoreCheck& result) {
   std::set<std::string> names = version.file_names();
   names.insert({kManifestName, kBaseMeshName, kBaseIndexName, kLockName, kViewName, kPageName});
+  if (version.description().depths) names.insert(kDepthsName);
   for (const AttributeRecord& attribute : version.description().attributes)
     names.insert(bounds_file_name(attribute.number));
   for (const std::string& name : store.names())

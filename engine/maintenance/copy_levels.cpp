@@ -1,5 +1,7 @@
 #include "plait/extend/copy_levels.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -7,8 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "maintenance/half_of_slot.h"
 #include "maintenance/read_block.h"
 #include "paging/level_cursor.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/notes.h"
@@ -32,7 +36,7 @@ bool needs_own_levels(const LevelFile& level) {
 /// several levels are made, are then read once. Levels that are encoded from each other are written
 /// one after another.
 bool can_be_copied_together(Store& from, AttributeId attribute, Store& to, AttributeId copy) {
-  const int finest = from.attributes()[attribute].finest_level;
+  const int finest = to.attributes()[copy].finest_level;
   for (int level = from.base_level() + 1; level <= finest; ++level)
     if (const LevelFile& stored = StoreAccess::level_file(from, attribute, level);
         !needs_other_blocks(stored) || needs_own_levels(stored) ||
@@ -49,10 +53,40 @@ struct CopiedLevel {
         target(StoreAccess::open_session(to), copy, Access::kOverwrite) {
     written.add(copy, Access::kOverwrite);
   }
+  /// Copies what the target's faces have of a slot.
+  void copy(EdgeId edge, const BaseMesh& base, std::span<std::byte> to) {
+    if (to.empty()) return;
+    const std::span<const std::byte> from = source.slot(edge).bytes;
+    if (from.size() == to.size()) {
+      std::ranges::copy(from, to.begin());
+      return;
+    }
+    const BaseRelativeLevel level = geometry.level();
+    copy_half_of_slot(from, geometry.record_bytes(), level.refinements,
+                      base.depths()->own_face_has(base.arrays().mesh.edges[edge], level), to);
+  }
   const LevelGeometry& geometry;
   UnfinishedLevels written;
   LevelCursor source, target;
 };
+
+/// No deeper than a face of `to`.
+int finest_copied(const Store& from, AttributeId attribute, const Store& to) {
+  const int finest = from.attributes()[attribute].finest_level;
+  const FaceDepths* const depths = to.base().depths();
+  return depths == nullptr ? finest : std::min(finest, to.base_level() + depths->deepest());
+}
+
+/// Whether each face of `to` has at most the levels that `from` has. With the same edges.
+void check_depths(const Store& from, const Store& to) {
+  const FaceDepths* const had = from.base().depths();
+  const FaceDepths* const wanted = to.base().depths();
+  for (FaceId face = 0; had != nullptr && face < from.base().face_count(); ++face)
+    if (wanted == nullptr || wanted->of(face) > had->of(face))
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("copy levels: face {}: expected a depth of at most {}, as in {}",
+                              face, from.base_level() + had->of(face), from.path().native()));
+}
 
 }  // namespace
 
@@ -60,11 +94,12 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
                     const ProgressCallback& progress, Rounder* rounder, bool changes_later) try {
   for (int level = from.base_level(); level <= from.attributes()[attribute].finest_level; ++level)
     StoreAccess::check_readable(from, attribute, level);
+  check_depths(from, to);
   const auto edges = static_cast<EdgeId>(from.base().edge_count());
   const std::uint64_t total_bytes = bytes_of_levels(from, attribute);
   std::uint64_t done_bytes = 0;
   std::ranges::copy(std::as_const(from).base_bytes(attribute), to.base_bytes(copy).begin());
-  const int finest = from.attributes()[attribute].finest_level;
+  const int finest = finest_copied(from, attribute, to);
   StoreAccess::plan_levels(to, copy, finest, true);
   const int first = from.base_level() + 1;
   for (int level = first; level <= finest; ++level)
@@ -80,7 +115,7 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
     for (EdgeId edge = 0; edge < edges; ++edge)
       for (CopiedLevel& level : levels) {
         const std::span<std::byte> slot = level.target.slot(edge).bytes;
-        std::ranges::copy(level.source.slot(edge).bytes, slot.begin());
+        level.copy(edge, to.base(), slot);
         if (rounder != nullptr) rounder->round(slot);
         const std::uint64_t block = level.geometry.block_of(edge);
         if (edge + 1 != level.geometry.edge_after(block)) continue;

@@ -84,6 +84,10 @@ Remaker::Recipe& Remaker::recipe_of(bool from_mesh, const std::string& attribute
       fmt::format("no maker makes attribute '{}' again{}", attribute,
                   made_by.scheme.empty() ? ", and the manifest names no scheme"
                                          : fmt::format(" by scheme '{}'", made_by.scheme));
+  if (check_.base.depths() != nullptr || check_.depths_lost) {
+    recipe.refusal = "its faces have depths of their own, and makers make all levels of all faces";
+    return recipe;
+  }
   Pipeline pipeline;
   if (makers_ && (from_mesh || store_ != nullptr))
     pipeline.recipe = makers_->recipe({info.schema, made_by, info.finest_level, !from_mesh});

@@ -59,6 +59,8 @@ struct FileRepair {
     if (file.kind == StoreFile::kBaseIndex) return why_base_index_lost(file.name);
     if (file.kind != StoreFile::kBlockTables && file.kind != StoreFile::kLevel)
       return "nothing else in the store says what it held";
+    if (check.depths_lost)
+      return "the depths of the faces, which say where slots are, are damaged too";
     if (check.in_shards) return kMakeShardAgain;
     return file.kind == StoreFile::kLevel ? why_level_lost(file) : why_tables_lost(file);
   }

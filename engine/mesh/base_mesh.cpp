@@ -8,6 +8,7 @@
 
 #include "mesh/connectivity.h"
 #include "mesh/parallel_parts.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/level_geometry.h"
 
@@ -95,7 +96,8 @@ BaseMesh::BaseMesh(BaseMesh&& other) noexcept
       owner_(std::move(other.owner_)),
       maps_owner_(std::move(other.maps_owner_)),
       pages_(std::move(other.pages_)),
-      slot_shapes_(std::move(other.slot_shapes_)) {}
+      slot_shapes_(std::move(other.slot_shapes_)),
+      depths_(std::move(other.depths_)) {}
 
 BaseMesh& BaseMesh::operator=(BaseMesh&& other) noexcept {
   if (this == &other) return *this;
@@ -104,6 +106,7 @@ BaseMesh& BaseMesh::operator=(BaseMesh&& other) noexcept {
   maps_owner_ = std::move(other.maps_owner_);
   pages_ = std::move(other.pages_);
   slot_shapes_ = std::move(other.slot_shapes_);
+  depths_ = std::move(other.depths_);
   return *this;
 }
 
@@ -235,8 +238,15 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
   return of(result, arrays.input_vertex_count);
 }
 
+BaseMesh BaseMesh::with_depths(std::vector<std::uint8_t> depths) const {
+  BaseMesh result = *this;
+  result.depths_ = std::make_shared<const FaceDepths>(topology(), std::move(depths));
+  return result;
+}
+
 LevelGeometry BaseMesh::geometry(BaseRelativeLevel level, std::size_t record_bytes,
                                  std::uint64_t block_bytes) const {
+  if (depths_) return {depths_->shapes(level), level, record_bytes, block_bytes};
   return {slot_shapes_ ? *slot_shapes_ : SlotShapes(), level, record_bytes, block_bytes};
 }
 
@@ -250,7 +260,8 @@ const MeshArrays& BaseMesh::all_arrays() const {
 }
 
 std::uint64_t BaseMesh::memory_bytes() const {
-  const std::uint64_t shapes = slot_shapes_ ? slot_shapes_->memory_bytes() : 0;
+  const std::uint64_t shapes =
+      (slot_shapes_ ? slot_shapes_->memory_bytes() : 0) + (depths_ ? depths_->memory_bytes() : 0);
   if (pages_) return pages_->memory_bytes() + shapes;
   return arrays_.positions.size_bytes() + arrays_.mesh.faces.size_bytes() +
          arrays_.mesh.face_edges.size_bytes() + arrays_.mesh.edges.size_bytes() +

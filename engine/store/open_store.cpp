@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "base/damage.h"
+#include "format/depths_file.h"
 #include "format/file_names.h"
 #include "io/control_groups.h"
 #include "plait/error.h"
@@ -81,6 +82,7 @@ Store::Implementation::~Implementation() {
 std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                                                              const AttributeSchema& schema,
                                                              OpenMode mode) const {
+  check_pipeline_of_depths(*this, schema, level.record.pipeline);
   const bool is_made_part = is_part() && mode != OpenMode::kRead;
   const std::string name =
       is_made_part ? level_file_name(level.number, level.level,
@@ -230,6 +232,9 @@ Store Store::create(const std::filesystem::path& path, LaidOutMesh mesh,
     state->lock.sign();
     state->note_missing_locks();
     state->base_mesh_size = write_base_mesh_file(state->directory, state->base);
+    if (const FaceDepths* const depths = state->base.depths())
+      state->depths_checksum =
+          write_depths_file(state->directory, *depths, state->provenance.base_level);
   }
   state->make_ready();
   state->tell(StoreEvent::Kind::kOpened, watch);
@@ -297,6 +302,8 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   } else {
     base = version.read_base_mesh();
   }
+  base = version.with_depths(std::move(base));
+  if (description.depths) depths_checksum = description.depths->checksum;
   shards = version.shards();
   hold_versions();
   read_version(version, wanted.writable ? OpenMode::kReadWrite : OpenMode::kRead);

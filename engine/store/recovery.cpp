@@ -110,7 +110,8 @@ void remove_if_never_committed(const Directory& store) {
   if (try_lock(store, true) == LockResult::kConflict || !is_uncommitted(store)) return;
   for (const std::string& name : store.names())
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
-        !is_base_index_name(name) && !is_version_file_name(name) && !is_bounds_file_name(name))
+        name != kDepthsName && !is_base_index_name(name) && !is_version_file_name(name) &&
+        !is_bounds_file_name(name))
       return;
   std::optional<File> lock;
   if (store.contains(kLockName)) lock = open_to_exclude(store, kLockName);

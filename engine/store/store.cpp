@@ -8,6 +8,7 @@
 
 #include "format/checksum.h"
 #include "format/version_description.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/store_info.h"
@@ -66,6 +67,31 @@ int Store::finest_level() const {
   int finest = base_level();
   for (const AttributeInfo& info : attributes()) finest = std::max(finest, info.finest_level);
   return finest;
+}
+
+bool Store::has_depths() const { return base().depths() != nullptr; }
+
+int Store::depth(FaceId face) const {
+  if (face >= base().face_count())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("depth of face {} of {}: expected a face below {}", face,
+                            state().name(), base().face_count()));
+  const FaceDepths* const depths = base().depths();
+  return depths == nullptr ? finest_level()
+                           : std::min(finest_level(), base_level() + depths->of(face));
+}
+
+void StoreAccess::refuse_depths(const Store& store, std::string_view verb, int level) {
+  const FaceDepths* const depths = store.base().depths();
+  if (depths == nullptr || level <= store.base_level() + depths->shallowest()) return;
+  throw Error(
+      ErrorCode::kNotSupported,
+      fmt::format("{} {}: level {} needs all faces, and the faces have depths of their own, "
+                  "{} to {}: take the store that it was pruned from, or level {}",
+                  verb, store.state().name(), level, store.base_level() + depths->shallowest(),
+                  store.base_level() + depths->deepest(),
+                  store.base_level() + depths->shallowest()))
+      .about(store.path());
 }
 
 bool Store::has_attribute(std::string_view name) const {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "format/version_description.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/block_maker.h"
@@ -77,7 +78,32 @@ AttributeId add(Store::Implementation& state, AttributeSchema schema, bool is_re
   throw out_of_memory("add an attribute to " + state.name());
 }
 
+/// A level of a store with depths has a slot, and blocks that are encoded from no others.
+void check_depths_have(const Store::Implementation& state, int level, const AttributeSchema& schema,
+                       const Pipeline& pipeline) {
+  const FaceDepths* const depths = state.base.depths();
+  if (depths == nullptr) return;
+  const int deepest = state.provenance.base_level + depths->deepest();
+  if (level > deepest)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("add level {} to '{}': no face of {} is deeper than level {}", level,
+                            schema.name, state.name(), deepest));
+  check_pipeline_of_depths(state, schema, pipeline);
+}
+
 }  // namespace
+
+void check_pipeline_of_depths(const Store::Implementation& state, const AttributeSchema& schema,
+                              const Pipeline& pipeline) {
+  if (state.base.depths() == nullptr) return;
+  const bool makes = pipeline.recipe && !pipeline.recipe->empty();
+  if (!makes && !state.backend.needs_other_blocks(pipeline, schema)) return;
+  throw Error(ErrorCode::kNotSupported,
+              fmt::format("compress '{}' of {} by \"{}\": it makes blocks from other levels or "
+                          "attributes, and faces have depths of their own: take a pipeline of "
+                          "single blocks, as --compress fast",
+                          schema.name, state.name(), pipeline.to_text()));
+}
 
 AttributeId Store::add_attribute(AttributeSchema schema) {
   return add(state(), std::move(schema), false);
@@ -117,6 +143,8 @@ void Store::add_level(AttributeId attribute, bool is_final) try {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("add level {} to '{}': the finest possible level is {}", level,
                             info.schema.name, kMaxLevel));
+  const Pipeline& wanted = data.named_pipelines().of(level);
+  check_depths_have(state, level, info.schema, wanted);
   StoredLevel made;
   made.number = data.record.number;
   made.level = level;
@@ -164,9 +192,13 @@ void StoreAccess::plan_levels(Store& store, AttributeId attribute, int finest_le
   begin_change(state, Change::kAdd, "plan levels of");
   Store::Implementation::Attribute& data = attribute_of(state, attribute);
   data.unplanned = data.record.pipeline;
-  data.record.pipeline = state.backend.planned(
-      *data.unplanned,
-      {state.final_schema(attribute), state.provenance, finest_level, others_are_complete});
+  PlannedLevels levels{state.final_schema(attribute), state.provenance, finest_level,
+                       others_are_complete};
+  if (state.base.depths() != nullptr) {  // no maker knows slots of such faces
+    levels.provenance = {.base_level = state.provenance.base_level};
+    levels.others_are_complete = false;
+  }
+  data.record.pipeline = state.backend.planned(*data.unplanned, levels);
 }
 
 AttributeSchema Store::Implementation::final_schema(AttributeId attribute) const {

@@ -36,6 +36,11 @@ enum class Change : std::uint8_t {
 /// one of its callbacks. kBusy while the store has readers or views.
 void check_undisturbed(const Store::Implementation& state, Change change, std::string_view verb);
 
+/// Errors: kNotSupported for a pipeline that makes blocks from other blocks, if the store has
+/// depths.
+void check_pipeline_of_depths(const Store::Implementation& state, const AttributeSchema& schema,
+                              const Pipeline& pipeline);
+
 /// Errors: those of check_undisturbed(); kBadState for a store that was opened for reading.
 void check_change(const Store::Implementation& state, Change change, std::string_view verb);
 /// The same; the change then begins.

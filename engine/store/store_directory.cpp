@@ -26,8 +26,8 @@ std::vector<File> hold_store(const Directory& store) {
 
 bool is_store_file_name(std::string_view name) {
   return is_version_file_name(name) || is_bounds_file_name(name) || is_base_index_name(name) ||
-         is_viewer_file_name(name) || name == kBaseMeshName || name == kLockName ||
-         name == kManifestName;
+         is_viewer_file_name(name) || name == kBaseMeshName || name == kDepthsName ||
+         name == kLockName || name == kManifestName;
 }
 
 std::vector<std::string> remove_store_files(const Directory& store) {

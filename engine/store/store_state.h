@@ -126,7 +126,8 @@ struct Store::Implementation {
   std::uint64_t sequence = 0;
   std::uint32_t next_number = 0;  ///< of the next attribute
   StoredSize base_mesh_size;
-  bool has_base_index = false;  ///< the directory has the file base.index
+  std::uint64_t depths_checksum = 0;  ///< of the file, if base.depths()
+  bool has_base_index = false;        ///< the directory has the file base.index
   bool writable = false;
   bool name_is_durable = false;  ///< this writer has synced the directory that the store is in
   bool changed = false;          ///< something beside records has changed since the last commit

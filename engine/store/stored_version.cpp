@@ -7,8 +7,10 @@
 
 #include "format/base_mesh_file.h"
 #include "format/checksum.h"
+#include "format/depths_file.h"
 #include "format/file_names.h"
 #include "format/version_file.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/block_maker.h"
 #include "plait/extend/file.h"
@@ -106,6 +108,20 @@ BaseMesh StoredVersion::read_base_mesh() const {
                   "{}",
                   file.path().native(), description_.edge_count, description_.border_edge_count,
                   version_name(), mesh.edge_count(), mesh.border_edge_count()));
+}
+
+BaseMesh StoredVersion::with_depths(BaseMesh base) const {
+  if (!description_.depths) return base;
+  const DepthsRecord& expected = *description_.depths;
+  BaseMesh result = base.with_depths(read_depths_file(
+      store_, description_.face_count, description_.provenance.base_level, expected.checksum));
+  const std::vector<std::uint32_t> found = slots_of_levels(*result.depths());
+  if (found == expected.slots) return result;
+  throw Error(ErrorCode::kCorruption,
+              fmt::format("open {}: expected depths that give the numbers of slots in {}, found "
+                          "others",
+                          store_.path_of(kDepthsName).native(), version_name()))
+      .about(store_.path_of(kDepthsName));
 }
 
 ExpectedBase StoredVersion::expected_base() const {

@@ -62,6 +62,9 @@ class StoredVersion {
   /// Builds the mesh from base.mesh. Errors: kNotFound; kCorruption, also if the counts differ from
   /// those of the description; kIo.
   BaseMesh read_base_mesh() const;
+  /// `base` with the depths of the faces, or `base` itself if the version has none. Errors:
+  /// kNotFound; kCorruption for a file of another size, checksum or number of slots; kIo.
+  BaseMesh with_depths(BaseMesh base) const;
   /// The mesh of base.index, which reads that file when it is needed; nothing if there is no such
   /// file. Errors: kCorruption, kIo.
   std::optional<BaseMesh> open_base_index() const;

@@ -4,8 +4,10 @@
 #include <utility>
 
 #include "format/base_index_file.h"
+#include "format/depths_file.h"
 #include "format/file_names.h"
 #include "format/version_description.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "store/recovery.h"
 #include "store/store_state.h"
@@ -40,6 +42,7 @@ VersionDescription Store::Implementation::description() const {
     result.face_attributes.push_back(
         {face_infos[i], face_attributes[i].number, face_attributes[i].checksum});
   result.texts = texts;
+  if (base.depths() != nullptr) result.depths = {depths_checksum, slots_of_levels(*base.depths())};
   return result;
 }
 
@@ -91,8 +94,10 @@ void Store::Implementation::write_version() {
 void Store::Implementation::hold_versions() {
   if (backend.traits.overwrites_in_place)
     return;  // the backend does not change blocks of these versions
+  // All versions of a store have the same depths.
+  const std::uint32_t features = base.depths() != nullptr ? std::uint32_t{kDepths} : 0;
   for (const std::uint64_t number : versions_read) {
-    const StoredVersion older(directory, open_older_version(directory, uuid, number));
+    const StoredVersion older(directory, open_older_version(directory, uuid, number, features));
     held.push_back({number, older.levels(base)});
     older.read_tables_into(held.back().levels);
   }

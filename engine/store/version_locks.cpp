@@ -100,10 +100,11 @@ std::vector<File> keep_all_readers_out(const Directory& store) {
 }
 
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
-                               std::uint64_t sequence) {
+                               std::uint64_t sequence, std::uint32_t features_of_all) {
   OpenVersion version;
   version.file = File(store, version_file_name(sequence), OpenMode::kRead);
   version.manifest = {uuid, sequence, version.file.size()};
+  version.manifest.required_features = features_of_all;
   version.is_newest = false;
   return version;
 }

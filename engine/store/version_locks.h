@@ -43,9 +43,10 @@ std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint
 /// lock.
 std::vector<File> keep_all_readers_out(const Directory& store);
 
-/// Opens a version that is not the newest one. The size is that of the file itself. Errors:
-/// kNotFound, kIo.
+/// Opens a version that is not the newest one. The size is that of the file itself.
+/// `features_of_all`: required features that all versions of the store have. Errors: kNotFound,
+/// kIo.
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
-                               std::uint64_t sequence);
+                               std::uint64_t sequence, std::uint32_t features_of_all = 0);
 
 PLAIT_END_NAMESPACE

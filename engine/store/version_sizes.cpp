@@ -69,14 +69,19 @@ std::uint64_t block_tables_bytes(const VersionDescription& description,
   // Those of levels in shards are files of their own.
   if (!description.shards.empty()) return 0;
   // A block has as many slots on a border as elsewhere.
-  const SlotShapes edges(description.edge_count);
+  // Absent slots are in no block.
+  const auto slots_of = [&](BaseRelativeLevel level) -> std::uint64_t {
+    return description.depths
+               ? description.depths->slots[static_cast<std::size_t>(level.refinements - 1)]
+               : description.edge_count;
+  };
   std::uint64_t blocks = 0;
   for (const AttributeRecord& attribute : description.attributes) {
     BaseRelativeLevel level(0);
     for (const LevelRecord& stored : attribute.levels) {
       ++level.refinements;
       try {
-        blocks += LevelGeometry(edges, level, attribute.schema.record_bytes(),
+        blocks += LevelGeometry(SlotShapes(slots_of(level)), level, attribute.schema.record_bytes(),
                                 block_bytes_of_level(stored.pipeline, level.refinements,
                                                      description.block_bytes))
                       .block_count();
@@ -131,6 +136,7 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
   refuse_shards_without_tables(store, description, sequence);
   std::vector<std::string> names = {kBaseMeshName, version_file_name(sequence)};
   if (store.contains(kBaseIndexName)) names.push_back(kBaseIndexName);
+  if (description.depths) names.push_back(kDepthsName);
   for (const AttributeRecord& attribute : description.attributes)
     names.push_back(base_file_name(attribute.number, sequence));
   std::uint64_t bytes = 0;
@@ -152,7 +158,7 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
     }
   }
   const bool is_of_records = emptiest != kBaseMeshName && emptiest != kBaseIndexName &&
-                             emptiest != version_file_name(sequence);
+                             emptiest != kDepthsName && emptiest != version_file_name(sequence);
   if (is_of_records && bytes <= kMostBytesForChecksum &&
       have_checksums(store, description, sequence))
     return;
@@ -169,6 +175,7 @@ void check_base_sizes(const Directory& store, const VersionDescription& descript
     check_size(store, base_file_name(attribute.number, sequence),
                description.vertex_count * attribute.schema.record_bytes());
   check_size(store, kBaseMeshName, description.base_mesh_bytes);
+  if (description.depths) check_size(store, kDepthsName, description.face_count);
 }
 
 PLAIT_END_NAMESPACE

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
+#include <span>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "export/numbered_triangles.h"
+#include "export/vertex_stream.h"
 #include "job_rules.h"
 #include "plait/error.h"
 #include "plait/mesh_io.h"
@@ -36,9 +40,46 @@ void read_positions(const Store& store, int level, const SampleNumbers& numbers,
   }
 }
 
+void check_size_of_mesh(const std::filesystem::path& path, int level, std::uint64_t vertices,
+                        std::uint64_t triangles) {
+  if (vertices >= kNoId)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: expected fewer than {} vertices, found {} at level {}",
+                            path.native(), kNoId, vertices, level));
+  check_memory(fmt::format("{}: level {}", path.native(), level),
+               vertices * sizeof(Vector3<double>) + triangles * sizeof(std::array<VertexId, 3>),
+               false);
+}
+
+/// What is drawn of a store whose faces have depths of their own, up to a level.
+template <class Real>
+IndexedMesh read_drawn(Store& store, int level) {
+  const PatchSelection patches(store.base(), level - store.base_level(), all_faces(store.base()));
+  check_size_of_mesh(store.path(), level, patches.vertex_count(), patches.triangle_count());
+  IndexedMesh mesh;
+  mesh.positions.reserve(patches.vertex_count());
+  mesh.faces.reserve(patches.triangle_count());
+  const AttributeId position = store.attribute("position");
+  stream_vertices(store, std::span(&position, 1), patches, [&](auto records, std::size_t count) {
+    for (std::size_t vertex = 0; vertex < count; ++vertex) {
+      Vector3<Real> at;
+      std::memcpy(&at, records[0].data() + vertex * sizeof(at), sizeof(at));
+      mesh.positions.push_back({double{at.x}, double{at.y}, double{at.z}});
+    }
+  });
+  for_each_numbered_triangle(
+      patches,
+      [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+        mesh.faces.push_back(
+            {static_cast<VertexId>(a), static_cast<VertexId>(b), static_cast<VertexId>(c)});
+      },
+      [](std::uint64_t) {});
+  return mesh;
+}
+
 IndexedMesh read_store(const std::filesystem::path& path, int level,
                        const BackendRegistry& backends) {
-  const Store store = Store::open(path, {}, backends);
+  Store store = Store::open(path, {}, backends);
   const AttributeInfo& position = store.attributes()[store.attribute("position")];
   if (level < 0) level = position.finest_level;
   if (level < store.base_level() || level > position.finest_level)
@@ -46,17 +87,14 @@ IndexedMesh read_store(const std::filesystem::path& path, int level,
                 fmt::format("{}: expected a level from {} to {}, found {}", path.native(),
                             store.base_level(), position.finest_level, level));
   const LevelCounts counts = counts_at_level(store.base(), level - store.base_level());
-  if (counts.vertices >= kNoId)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("{}: expected fewer than {} vertices, found {} at level {}",
-                            path.native(), kNoId, counts.vertices, level));
-  const std::uint64_t needed =
-      counts.vertices * sizeof(Vector3<double>) + counts.faces * sizeof(std::array<VertexId, 3>);
-  check_memory(fmt::format("{}: level {}", path.native(), level), needed, false);
+  const bool is_float = position.schema == schema_of<Vector3<float>>("position");
+  if (store.has_depths() && (is_float || position.schema == schema_of<Vector3<double>>("position")))
+    return is_float ? read_drawn<float>(store, level) : read_drawn<double>(store, level);
+  check_size_of_mesh(path, level, counts.vertices, counts.faces);
   IndexedMesh mesh;
   mesh.faces.reserve(counts.faces);
   const SampleNumbers numbers(store.base(), level - store.base_level());
-  if (position.schema == schema_of<Vector3<float>>("position"))
+  if (is_float)
     read_positions<float>(store, level, numbers, mesh);
   else if (position.schema == schema_of<Vector3<double>>("position"))
     read_positions<double>(store, level, numbers, mesh);

@@ -93,7 +93,8 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
   const auto make = [&](const std::filesystem::path& path) {
     result.from_stored_bytes = source.info().stored_bytes;
     result.from_backend = source.options().backend;
-    Store copy = Store::create(path, source.base(), result.options, backends, source.provenance());
+    Store copy = Store::create(path, request.base ? request.base(source) : source.base(),
+                               result.options, backends, source.provenance());
     if (request.uuid) set_uuid(copy, *request.uuid);
     tell_notices(copy, watch.warn);
     const bool changes_later = static_cast<bool>(request.change);
@@ -107,6 +108,10 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
       result.roundings[name] = *StoreAccess::rounding(copy, copy.attribute(name));
     copy.commit();
     result.stored_bytes = copy.info().stored_bytes;
+    for (int level = copy.base_level(); level <= copy.finest_level(); ++level)
+      result.vertices += level == copy.base_level()
+                             ? copy.base().vertex_count()
+                             : StoreAccess::geometry(copy, 1, level).total_bytes();
     copy.close();
     if (request.finish) request.finish(path);
     if (request.verify)

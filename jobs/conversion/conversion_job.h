@@ -36,6 +36,9 @@ struct ConversionRequest {
   int threads = 1;                ///< of `verify`
   ParallelFor parallel_for = {};  ///< as in StoreOptions
   bool verify = false;  ///< reads the copy back from the disk, and compares it with the source
+  /// Called before anything is copied: gives the base mesh of the copy, which is that of the source
+  /// with other depths. Empty: that of the source.
+  std::function<BaseMesh(Store& source)> base = {};
   /// Called before the commit: changes the copy, whose levels are all there. Not with `verify`.
   std::function<void(Store& copy)> change = {};
   /// Called after the commit with the path of the copy, which does not have its name yet: adds
@@ -53,6 +56,7 @@ struct ConversionResult {
   std::string backend_reason;
   std::string from_backend;  ///< of the source
   std::uint64_t from_stored_bytes = 0, stored_bytes = 0;
+  std::uint64_t vertices = 0;                 ///< of the copy, of all levels
   std::map<std::string, Rounding> roundings;  ///< of the rounded attributes, by name
   std::string digest;                         ///< with `verify`, of the copy
 };

@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "export/format_writers.h"
 #include "export/output_files.h"
+#include "plait/extend/store_access.h"
 #include "plait/notes.h"
 #include "plait/reader.h"
 
@@ -179,6 +180,11 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   check_position(store, position);
   const int level = request.level >= 0 ? request.level : store.attributes()[position].finest_level;
   check_level(store, position, level);
+  if (is_gltf(format) || format == MeshFormat::kStl || format == MeshFormat::kPvtp)
+    StoreAccess::refuse_depths(
+        store,
+        fmt::format("export to a {} file, not to .ply, .obj, .off or .vtp,", format_name(format)),
+        level);
   const std::vector<AttributeId> extras =
       chosen_attributes(store, position, level, format, request);
   check_face_attributes(store, format, request);

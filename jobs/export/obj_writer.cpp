@@ -17,7 +17,7 @@ void write_obj_level(const ExportTask& task, OutputStream& output) {
   fmt::memory_buffer text;
   for_each_numbered_triangle(
       task.patches,
-      [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+      [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
         // Numbers start at 1. A vertex and its normal have the same number.
         if (normals)
           fmt::format_to(std::back_inserter(text), "f {0}//{0} {1}//{1} {2}//{2}\n", a + 1, b + 1,

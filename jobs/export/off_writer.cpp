@@ -13,7 +13,7 @@ void write_off_level(const ExportTask& task, OutputStream& output) {
   fmt::memory_buffer text;
   for_each_numbered_triangle(
       task.patches,
-      [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+      [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
         fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", a, b, c);
       },
       [&](std::uint64_t triangles) {

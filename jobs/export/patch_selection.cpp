@@ -9,6 +9,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 PatchSelection::PatchSelection(const BaseMesh& base, int refinements, std::vector<FaceId> faces)
     : mesh_(base.topology()),
+      depths_(base.depths()),
       refinements_(refinements),
       faces_(std::move(faces)),
       selected_(base.face_count()),
@@ -23,25 +24,52 @@ PatchSelection::PatchSelection(const BaseMesh& base, int refinements, std::vecto
       vertices_.push_back(vertex);
     }
 
-  // An edge of one selected patch is like a border edge: only half of its slot is in the part.
+  for (int level = 1; level <= (depths_ == nullptr ? 1 : std::max(refinements_, 1)); ++level)
+    shapes_.push_back(make_shapes(level));
+  first_ = {0, vertices_.size()};
+  geometry_.emplace_back();
+  for (int level = 1; level <= refinements_; ++level) {
+    geometry_.emplace_back(shapes_at(level), BaseRelativeLevel(level), 1, 1);
+    first_.push_back(first_.back() + geometry_.back().total_bytes());
+  }
+  if (depths_ == nullptr)
+    triangle_count_ = faces_.size() << (2 * refinements_);
+  else
+    for (const FaceId face : faces_) triangle_count_ += drawn(face).triangle_count();
+}
+
+/// An edge of one selected patch is like a border edge: only half of its slot is in the part.
+SlotShapes PatchSelection::make_shapes(int level) const {
   std::vector<EdgeId> half, absent;
   for (EdgeId edge = 0; edge < mesh_.edges.size(); ++edge) {
-    const bool own = contains(mesh_.edges[edge].own), other = contains(mesh_.edges[edge].other);
+    const bool own =
+        depths_ == nullptr ? contains(mesh_.edges[edge].own) : has(mesh_.edges[edge].own, level);
+    const bool other = depths_ == nullptr ? contains(mesh_.edges[edge].other)
+                                          : has(mesh_.edges[edge].other, level);
     if (!own && !other)
       absent.push_back(edge);
     else if (!own || !other)
       half.push_back(edge);
   }
-  shapes_ = SlotShapes(mesh_.edges.size(), EdgeSet(half), EdgeSet(absent));
-  first_ = {0, vertices_.size()};
-  geometry_.emplace_back();
-  for (int level = 1; level <= refinements_; ++level) {
-    geometry_.emplace_back(shapes_, BaseRelativeLevel(level), 1, 1);
-    first_.push_back(first_.back() + geometry_.back().total_bytes());
-  }
+  return {mesh_.edges.size(), EdgeSet(half), EdgeSet(absent)};
 }
 
-bool PatchSelection::has_own_face(EdgeId edge) const { return contains(mesh_.edges[edge].own); }
+DrawnDepths PatchSelection::drawn(FaceId face) const {
+  DrawnDepths drawn;
+  drawn.face = depth(face);
+  drawn.sides.fill(drawn.face);
+  if (depths_ == nullptr) return drawn;
+  for (int side = 0; side < 3; ++side)
+    if (const FaceSide beyond = mesh_.across(FaceSide(face, side)); contains(beyond)) {
+      int& there = drawn.sides[static_cast<std::size_t>(side)];
+      there = std::max(there, depth(beyond.face()));
+    }
+  return drawn;
+}
+
+bool PatchSelection::has_own_face(EdgeId edge, BaseRelativeLevel level) const {
+  return has(mesh_.edges[edge].own, level.refinements);
+}
 
 std::uint64_t PatchSelection::number(const FaceIndex& point) const {
   if (is_corner(point.level, point.i, point.j))
@@ -50,8 +78,9 @@ std::uint64_t PatchSelection::number(const FaceIndex& point) const {
   const auto level = static_cast<std::size_t>(at.level);
   const EdgeId edge = mesh_.face_edges[point.face][static_cast<std::size_t>(at.side)];
   const Slot slot = geometry_[level].slot(edge);
-  // A half slot is stored in the frame of its one face.
-  const bool turned = slot.shape == SlotShape::kWhole && !mesh_.is_own(point.face, at.side);
+  // A half slot is stored in the frame of its one face, which may be the one across the side.
+  const bool turned = slot.shape == SlotShape::kWhole ? !mesh_.is_own(point.face, at.side)
+                                                      : depth(point.face) < at.level;
   const std::int64_t last = slot_side(at.level) - 1;
   const std::int64_t position =
       turned ? slot_position(at.level, slot.shape, last - at.row, last - at.column)

@@ -4,12 +4,15 @@
 // on the base mesh only.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "plait/base_mesh.h"
+#include "plait/detail/drawn_triangles.h"
+#include "plait/detail/face_depths.h"
 #include "plait/detail/namespace.h"
 #include "plait/detail/slot_shapes.h"
 #include "plait/extend/level_geometry.h"
@@ -24,33 +27,49 @@ struct FaceRange {
 /// Immutable. The base mesh must outlive it.
 class PatchSelection {
  public:
-  /// `faces` ascend. `refinements`: how often the base mesh is refined.
+  /// `faces` ascend. `refinements`: how often the base mesh is refined, at most; a face of a base
+  /// mesh with depths only as often as its depth says.
   PatchSelection(const BaseMesh& base, int refinements, std::vector<FaceId> faces);
 
   int refinements() const { return refinements_; }
   std::span<const FaceId> faces() const { return faces_; }
   std::uint64_t vertex_count() const { return first_.back(); }
-  std::uint64_t triangle_count() const { return faces_.size() << (2 * refinements_); }
+  std::uint64_t triangle_count() const { return triangle_count_; }
+  /// How the face is drawn: a deeper neighbour among the patches has vertices on its sides.
+  DrawnDepths drawn(FaceId face) const;
   /// The base vertices of the patches, ascending.
   std::span<const VertexId> base_vertices() const { return vertices_; }
-  /// How much of the slot of an edge the patches have.
-  SlotShape shape(EdgeId edge) const { return shapes_.shape(edge); }
-  /// Whether a half slot is that of the edge's own face. REQUIRES: shape(edge) is kHalf.
-  bool has_own_face(EdgeId edge) const;
+  /// How much of the slot of an edge the patches have at a level.
+  SlotShape shape(EdgeId edge, BaseRelativeLevel level) const {
+    return shapes_at(level.refinements).shape(edge);
+  }
+  /// Whether a half slot is that of the edge's own face. REQUIRES: shape(edge, level) is kHalf.
+  bool has_own_face(EdgeId edge, BaseRelativeLevel level) const;
 
-  /// The number of a vertex. REQUIRES: the face is one of faces().
+  /// The number of a vertex. REQUIRES: the face is one of faces(); it or, for a point on a side,
+  /// the face across has the vertex.
   std::uint64_t number(const FaceIndex& point) const;
 
  private:
   bool contains(FaceSide side) const { return side.exists() && selected_[side.face()]; }
+  int depth(FaceId face) const {
+    return depths_ == nullptr ? refinements_ : std::min(refinements_, depths_->of(face));
+  }
+  bool has(FaceSide side, int level) const { return contains(side) && depth(side.face()) >= level; }
+  SlotShapes make_shapes(int level) const;
+  const SlotShapes& shapes_at(int level) const {
+    return shapes_[depths_ == nullptr ? 0 : static_cast<std::size_t>(level - 1)];
+  }
 
   Topology mesh_;
+  const FaceDepths* depths_;
   int refinements_;
+  std::uint64_t triangle_count_ = 0;
   std::vector<FaceId> faces_;
-  std::vector<bool> selected_;         ///< [face]
-  std::vector<VertexId> vertices_;     ///< ascending
-  std::vector<std::uint32_t> number_;  ///< [base vertex] its number, if a patch has it
-  SlotShapes shapes_;
+  std::vector<bool> selected_;           ///< [face]
+  std::vector<VertexId> vertices_;       ///< ascending
+  std::vector<std::uint32_t> number_;    ///< [base vertex] its number, if a patch has it
+  std::vector<SlotShapes> shapes_;       ///< [level - 1] with depths; else one for all levels
   std::vector<std::uint64_t> first_;     ///< [refinement] the number of its first vertex
   std::vector<LevelGeometry> geometry_;  ///< [refinement], records of one byte
 };

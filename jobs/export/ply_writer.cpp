@@ -98,18 +98,15 @@ void write_ply_level(const ExportTask& task, OutputStream& output) {
   for (const FaceColumn& column : columns) face_bytes += column.schema.record_bytes();
   std::vector<std::byte> row(face_bytes * most_triangles_of_row(task.patches));
   std::byte* next = row.data();
-  std::uint64_t triangle = 0;
   for_each_numbered_triangle(
       task.patches,
-      [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+      [&](FaceId of_face, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
         *next++ = std::byte{3};
         for (const std::uint64_t corner : {a, b, c}) {
           const auto number = static_cast<std::uint32_t>(corner);
           std::memcpy(next, &number, sizeof(number));
           next += sizeof(number);
         }
-        if (columns.empty()) return;
-        const FaceId of_face = task.patches.faces()[triangle++ >> (2 * task.patches.refinements())];
         for (const FaceColumn& column : columns) {
           const std::size_t bytes = column.schema.record_bytes();
           std::memcpy(next, column.numbers.data() + of_face * bytes, bytes);

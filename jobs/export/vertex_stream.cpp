@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "maintenance/half_of_slot.h"
 #include "paging/level_cursor.h"
 #include "plait/extend/store_access.h"
 
@@ -36,21 +37,6 @@ void stream_base(Store& store, std::span<const AttributeId> attributes,
   }
 }
 
-/// The half of a whole slot that one of its faces has, in the frame of this face.
-void cut_half(std::span<const std::byte> whole, std::size_t bytes, int refinement, bool own,
-              Bytes& half) {
-  const auto n = static_cast<std::size_t>(slot_side(refinement));
-  half.clear();
-  for (std::size_t row = 0; row < n; ++row) {
-    if (own) {
-      append(half, whole.subspan(row * n * bytes, (n - row) * bytes));
-      continue;
-    }
-    for (std::size_t column = 0; column < n - row; ++column)
-      append(half, whole.subspan((n * n - 1 - row * n - column) * bytes, bytes));
-  }
-}
-
 void stream_level(Store& store, std::span<const AttributeId> attributes,
                   const PatchSelection& patches, int refinement, const VertexSink& sink) {
   const int level = store.base_level() + refinement;
@@ -62,14 +48,16 @@ void stream_level(Store& store, std::span<const AttributeId> attributes,
   std::vector<std::span<const std::byte>> records(attributes.size());
   const auto edges = static_cast<EdgeId>(store.base().edge_count());
   for (EdgeId edge = 0; edge < edges; ++edge) {
-    const SlotShape shape = patches.shape(edge);
+    const SlotShape shape = patches.shape(edge, BaseRelativeLevel(refinement));
     if (shape == SlotShape::kAbsent) continue;
     for (std::size_t i = 0; i < cursors.size(); ++i) {
       const LocatedSlot slot = cursors[i].slot(edge);
       records[i] = slot.bytes;
       if (slot.shape == shape) continue;
-      cut_half(slot.bytes, cursors[i].geometry().record_bytes(), refinement,
-               patches.has_own_face(edge), halves[i]);
+      const std::size_t bytes = cursors[i].geometry().record_bytes();
+      halves[i].resize(slot_records(refinement, SlotShape::kHalf) * bytes);
+      copy_half_of_slot(slot.bytes, bytes, refinement,
+                        patches.has_own_face(edge, BaseRelativeLevel(refinement)), halves[i]);
       records[i] = halves[i];
     }
     sink(records, records[0].size() / cursors[0].geometry().record_bytes());

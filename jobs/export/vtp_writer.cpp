@@ -137,10 +137,9 @@ class PieceWriter {
 
   void write_column(const FaceColumn& column) {
     const std::size_t bytes = column.schema.record_bytes();
-    const std::uint64_t of_face = std::uint64_t{1} << (2 * task_.patches.refinements());
     begin_array(task_.triangles() * bytes);
     for (const FaceId face : task_.patches.faces())
-      for (std::uint64_t triangle = 0; triangle < of_face; ++triangle)
+      for (std::uint64_t left = task_.patches.drawn(face).triangle_count(); left > 0; --left)
         output_.write(column.numbers.subspan(face * bytes, bytes));
   }
 
@@ -152,7 +151,7 @@ class PieceWriter {
     Index* next = row.data();
     for_each_numbered_triangle(
         task_.patches,
-        [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+        [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
           *next++ = static_cast<Index>(a);
           *next++ = static_cast<Index>(b);
           *next++ = static_cast<Index>(c);

@@ -16,6 +16,7 @@
 #include "job_rules.h"
 #include "plait/extend/notices.h"
 #include "plait/extend/pass.h"
+#include "plait/extend/store_access.h"
 #include "plait/store_info.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -103,6 +104,7 @@ JobReport run(PassArguments& arguments, const JobCall& call) {
     open.parallel_for = arguments.parallel_for;
     if (call.watch.before_files) call.watch.before_files();
     Store store = Store::open(arguments.from, open, call.backends);
+    StoreAccess::refuse_depths(store, "pass over", store.finest_level());
     tell_notices(store, call.watch.warn);
     result = make_pass(store, arguments, call.watch);
     store.finish_encoding(begin_step(call.watch, "encode"));

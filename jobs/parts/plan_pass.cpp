@@ -13,6 +13,7 @@
 #include "plait/error.h"
 #include "plait/extend/parts.h"
 #include "plait/extend/provenance.h"
+#include "plait/extend/store_access.h"
 #include "store/new_output.h"
 #include "store/recovery.h"
 #include "store/stored_version.h"
@@ -93,6 +94,7 @@ PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends)
   OpenOptions open;
   open.budget_bytes = request.budget_bytes;
   Store store = Store::open(request.store, open, backends);
+  StoreAccess::refuse_depths(store, "plan a pass over", store.finest_level());
   {
     const Directory directory = open_store_directory(request.store);
     const StoredVersion version(directory, open_for_reading(directory));

@@ -130,6 +130,7 @@ std::vector<ViewedFile> viewed_files(const Store& store) {
 }
 
 std::vector<std::byte> make_view(Store& store, const ProgressCallback& progress) {
+  StoreAccess::refuse_depths(store, "view", store.finest_level());
   const AttributeId position = viewed_position(store);
   View view;
   view.store = StoreAccess::state(std::as_const(store)).uuid;
@@ -154,6 +155,7 @@ std::vector<std::byte> make_view(Store& store, const ProgressCallback& progress)
 }
 
 std::vector<std::byte> view_of(Store& store, const ProgressCallback& progress) {
+  StoreAccess::refuse_depths(store, "view", store.finest_level());
   const Store::Implementation& state = StoreAccess::state(std::as_const(store));
   if (state.on_disk()) {
     std::vector<std::byte> bytes = read_view_file(

@@ -127,6 +127,7 @@ std::optional<Store> open_earlier_run(const SubdivisionRequest& request,
   open.base_index = plan.store.base_index;
   open.parallel_for = plan.store.parallel_for;
   Store store = Store::open(request.store, open, backends);
+  StoreAccess::refuse_depths(store, "resume", store.finest_level());
   const bool has_levels = store.finest_level() > store.base_level();
   Comparison comparison(store, request, plan);
   comparison.representation();

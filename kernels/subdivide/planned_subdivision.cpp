@@ -90,6 +90,7 @@ PlannedSubdivision::PlannedSubdivision(Store& store, const SubdivideOptions& opt
   provenance_ = provenance_after(store, options, first_level_, schema.type);
   check_numbers(store, options);
   check_attributes(store, options, position_);
+  if (makes_levels()) StoreAccess::refuse_depths(store, "subdivide", options.levels);
   StoreAccess::check_changeable(store, "subdivide");
   choose_executor();
   const bool moves_even = makes_levels() && traits_of(options.scheme).moves_even;

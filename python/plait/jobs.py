@@ -280,6 +280,9 @@ generate = _job("generate", "generate", dict,
                 """Makes a base mesh from a seed, as `plait generate` does: a dict, that of --json.""")
 render = _job("render", "render", dict,
               """Draws one level of a store as a PNG, as `plait render` does: a dict, that of --json.""")
+prune = _job("prune", "prune", dict,
+             """Copies a store with fewer levels where fewer are enough, so that each face has a depth of its own, as
+    `plait prune` does: a dict, that of --json.""")
 publish = _job("publish", "publish", dict,
                """Copies a store so that browsers can show it from any web server, as `plait publish` does: a dict,
     that of --json.""")

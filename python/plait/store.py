@@ -147,6 +147,14 @@ class Store:
         return Counts(*(each.value for each in found))
 
     @property
+    def depths(self):
+        """The finest level of each base face, shape (faces,), int32: the same for all faces, unless the
+        store was pruned. patch(face, depths[face]) reads all that there is of a face."""
+        found = np.empty(len(self.base.triangles), np.int32)
+        self._store().call(LIBRARY.plait_store_get_depths, c_void_p(found.ctypes.data), len(found))
+        return _reading.frozen(found)
+
+    @property
     def statistics(self):
         """What the pager did so far: a named tuple Statistics."""
         raw = types.plait_paging_statistics()

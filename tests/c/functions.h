@@ -47,6 +47,8 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_store_get_attribute, "Store::attributes"),
     PLAIT_PAIR(plait_store_find_attribute, "Store::attribute", "Store::has_attribute"),
     PLAIT_PAIR(plait_store_get_counts, "counts_at_level"),
+    PLAIT_PAIR(plait_store_get_depths, "Store::depth", "Store::has_depths", "Reader::depth",
+               "Reader::depth_across"),
     PLAIT_PAIR(plait_store_get_faces, "Store::base"),
     PLAIT_PAIR(plait_store_get_base_positions, "Store::base"),
     PLAIT_PAIR(plait_store_get_input_maps, "BaseMesh::input_maps"),

@@ -36,6 +36,7 @@ bool check_description(std::span<const std::byte> bytes, std::uint32_t features,
     require(encode_description(again) == encoded);
     require(again.provenance == version.provenance);
     require(again.shards == version.shards);
+    require(again.depths == version.depths);
   });
 }
 
@@ -43,6 +44,8 @@ bool check_description(std::span<const std::byte> bytes) {
   check_description(bytes, kKnownOptionalFeatures, 0);
   check_description(bytes, kKnownOptionalFeatures, kShards);
   check_description(bytes, 0, kShards);
+  check_description(bytes, kKnownOptionalFeatures, kDepths);
+  check_description(bytes, 0, kDepths);
   return check_description(bytes, 0, 0);
 }
 

@@ -79,6 +79,38 @@ def test_convert_copies_all_records(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["c.plait", "s.plait"]
 
 
+def test_a_pruned_store_has_a_depth_for_each_face(tmp_path):
+    whole = make(icosahedron(), tmp_path / "whole.plait", levels=3, scheme="loop")
+    assert whole.depths.tolist() == [3] * 20
+    wanted = np.full(20, 1, np.uint8)
+    wanted[4] = 3
+    whole.set_face_attribute("wanted", wanted)
+    whole.commit()
+    report = plait.prune(tmp_path / "whole.plait", tmp_path / "pruned.plait", depth_by="wanted")
+    with plait.open(tmp_path / "pruned.plait") as store:
+        depths = store.depths
+        assert depths[4] == 3 and sorted(set(depths)) == [1, 2, 3] and not depths.flags.writeable
+        assert report["raised_faces"] == 3 and report["vertices"] == store.counts(3).vertices
+        for face, depth in enumerate(depths):
+            patch = store.patch(face, int(depth))
+            assert np.array_equal(patch, whole.patch(face, int(depth)))
+            if depth < 3:
+                with pytest.raises(plait.InvalidArgument, match="depth of the face"):
+                    store.patch(face, 3)
+        # Each vertex of a level is at the point that is said of it.
+        for level in (1, 2, 3):
+            records, points = store["position"][level][:], store.points(level)
+            of_level = store.counts(level).vertices - store.counts(level - 1).vertices
+            assert len(records) == of_level
+            for record, face, i, j, size in zip(records, *points):
+                place = j * (size + 1) - j * (j - 1) // 2 + i
+                assert np.array_equal(whole.patch(int(face), level)[place], record)
+        with pytest.raises(plait.InvalidArgument):
+            store.mesh()
+        assert len(store.mesh(level=1).triangles) == 80
+        store.verify()
+
+
 def test_progress_that_returns_false_cancels_and_nothing_is_left(tmp_path):
     mesh = write_ply(tmp_path / "m.ply", icosahedron())
     with pytest.raises(plait.Cancelled):

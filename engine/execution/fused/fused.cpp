@@ -102,6 +102,7 @@ void check_pass(const Store& store, const FusedPass& pass) {
 
 void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try {
   const int threads = thread_count(options.threads, fmt::format("fused '{}'", pass.name));
+  StoreAccess::refuse_depths(store, fmt::format("fused '{}' over", pass.name), pass.finest_level);
   check_pass(store, pass);
   const std::uint64_t needed_bytes =
       fused_frame_bytes(store, fused_record_bytes(store, pass), pass.finest_level, threads);

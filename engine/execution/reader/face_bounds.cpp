@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/vector3.h"
@@ -25,8 +26,8 @@ float rounded_up(double value) { return -rounded_down(-value); }
 template <class Real>
 class BoundsOfFaces {
  public:
-  BoundsOfFaces(const Topology& mesh, Session& session)
-      : mesh_(mesh), session_(session), bounds_(mesh.faces.size()) {
+  BoundsOfFaces(const Topology& mesh, const FaceDepths* depths, Session& session)
+      : mesh_(mesh), depths_(depths), session_(session), bounds_(mesh.faces.size()) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     for (FaceBounds& each : bounds_) {
       each.low.fill(kInfinity);
@@ -48,7 +49,6 @@ class BoundsOfFaces {
   template <class Read>
   void add_level(const LevelFile& level, Read read) {
     const LevelGeometry& geometry = level.geometry;
-    const std::int64_t n = slot_side(geometry.level().refinements);
     std::uint64_t ahead = 0;
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
       const PinnedBlock pinned = session_.pin(level, block);
@@ -58,7 +58,7 @@ class BoundsOfFaces {
       for (EdgeId edge = geometry.first_edge(block); edge < geometry.edge_after(block); ++edge) {
         const Slot slot = geometry.slot(edge);
         if (slot.shape == SlotShape::kAbsent) continue;
-        add_slot(mesh_.edges[edge], slot.shape, n,
+        add_slot(mesh_.edges[edge], slot.shape, geometry.level(),
                  reinterpret_cast<const Real*>(pinned.bytes().data() + (slot.offset - offset)));
       }
       read(geometry.block_bytes(block));
@@ -99,8 +99,9 @@ class BoundsOfFaces {
   }
 
   /// The records with row + column <= n - 1 are in the own face, those with row + column >= n - 1
-  /// in the other one. Row r of a half slot has n - r records.
-  void add_slot(const Edge& edge, SlotShape shape, std::int64_t n, const Real* row) {
+  /// in the other one. Row r of a half slot has n - r records, all in the face that it belongs to.
+  void add_slot(const Edge& edge, SlotShape shape, BaseRelativeLevel level, const Real* row) {
+    const std::int64_t n = slot_side(level.refinements);
     Range own, other;
     for (std::int64_t r = 0; r < n; ++r) {
       own.add(row, n - r);
@@ -111,22 +112,26 @@ class BoundsOfFaces {
       other.add(row + 3 * (n - 1 - r), r + 1);
       row += 3 * n;
     }
+    if (shape == SlotShape::kHalf && depths_ != nullptr && !depths_->own_face_has(edge, level))
+      return merge(edge.other.face(), own);
     merge(edge.own.face(), own);
     if (shape == SlotShape::kWhole) merge(edge.other.face(), other);
   }
 
   const Topology& mesh_;
+  const FaceDepths* depths_;
   Session& session_;
   std::vector<FaceBounds> bounds_;
 };
 
 template <class Real>
-std::vector<FaceBounds> compute(const Topology& mesh, std::span<const std::byte> base,
+std::vector<FaceBounds> compute(const BaseMesh& mesh, std::span<const std::byte> base,
                                 std::span<const LevelFile* const> levels, Session& session,
                                 const ProgressCallback& progress) {
   std::uint64_t done = 0, total = 0;
   for (const LevelFile* const level : levels) total += level->geometry.total_bytes();
-  BoundsOfFaces<Real> bounds(mesh, session);
+  const Topology topology = mesh.topology();
+  BoundsOfFaces<Real> bounds(topology, mesh.depths(), session);
   bounds.add_base(base);
   for (const LevelFile* const level : levels)
     bounds.add_level(*level, [&](std::uint64_t bytes) {
@@ -144,7 +149,7 @@ bool has_positions(const AttributeSchema& schema) {
          (schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64);
 }
 
-std::vector<FaceBounds> compute_face_bounds(const Topology& mesh, const AttributeSchema& schema,
+std::vector<FaceBounds> compute_face_bounds(const BaseMesh& mesh, const AttributeSchema& schema,
                                             std::span<const std::byte> base,
                                             std::span<const LevelFile* const> levels,
                                             Session& session, const ProgressCallback& progress) {

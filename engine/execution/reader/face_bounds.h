@@ -8,9 +8,9 @@
 
 #include "format/bounds_file.h"
 #include "plait/attribute.h"
+#include "plait/base_mesh.h"
 #include "plait/detail/level_file.h"
 #include "plait/extend/session.h"
-#include "plait/extend/topology.h"
 #include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -21,7 +21,7 @@ bool has_positions(const AttributeSchema& schema);
 /// Reads each block of `levels` once, in file order. `base` has the records of the base vertices.
 /// `progress` counts bytes of levels. REQUIRES: has_positions(schema). Errors: kCancelled; those of
 /// Session::pin.
-std::vector<FaceBounds> compute_face_bounds(const Topology& mesh, const AttributeSchema& schema,
+std::vector<FaceBounds> compute_face_bounds(const BaseMesh& mesh, const AttributeSchema& schema,
                                             std::span<const std::byte> base,
                                             std::span<const LevelFile* const> levels,
                                             Session& session, const ProgressCallback& progress);

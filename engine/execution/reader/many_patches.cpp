@@ -126,6 +126,7 @@ std::uint64_t Reader::weld_patches(std::span<const FaceId> faces, int level,
       throw Error(
           ErrorCode::kInvalidArgument,
           fmt::format("weld patches: expected a face below {}, found {}", mesh.faces.size(), face));
+    state_->check_depth(face, level);
     welder.add(face);
   }
   return welder.vertex_count();

@@ -11,8 +11,10 @@
 
 #include "address/record_sizes.h"
 #include "execution/reader/reader_state.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
+#include "plait/extend/edge_index.h"
 #include "plait/extend/pager.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/vertex_numbering.h"
@@ -47,7 +49,9 @@ std::size_t ask_for_blocks(const State& state, std::span<const FaceId> faces, in
   if (!state.store->process.is_current() || refinements < 0) return 0;
   const std::size_t most = std::min(faces.size(), kMostAhead);
   for (std::size_t at = 0; at < most; ++at) {
-    if (faces[at] >= state.mesh.faces.size() || !bring_in(state, faces[at])) return at;
+    if (faces[at] >= state.mesh.faces.size() || level > state.depth(faces[at]) ||
+        !bring_in(state, faces[at]))
+      return at;
     for (const auto& attribute : state.attributes) {
       if (attribute.levels.size() < static_cast<std::size_t>(refinements)) return at;
       for (const LevelFile* const file :
@@ -93,6 +97,17 @@ void Reader::State::check_level(const Attribute& attribute, int level) const {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("read level {} of '{}': expected {} to {}", level,
                             attribute.schema.name, base_level, attribute.finest_level));
+}
+
+int Reader::State::depth(FaceId face) const noexcept {
+  const FaceDepths* const depths = store->base.depths();
+  return depths == nullptr ? kMaxLevel : base_level + depths->of(face);
+}
+
+void Reader::State::refuse_depth(FaceId face, int level) const {
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("read level {} of face {}: expected {} to {}, the depth of the face",
+                          level, face, base_level, depth(face)));
 }
 
 void Reader::State::check_finished(const Attribute& attribute, int level) const {
@@ -227,6 +242,7 @@ PatchView Reader::read_patch(FaceId face, int level) const try {
   if (face >= state_->mesh.faces.size())
     throw Error(ErrorCode::kInvalidArgument, fmt::format("read face {}: expected a face below {}",
                                                          face, state_->mesh.faces.size()));
+  state_->check_depth(face, level);
   state_->store->base.need_face(face);
   for (const State::Attribute& attribute : state_->attributes) {
     state_->check_level(attribute, level);
@@ -292,6 +308,29 @@ PatchView Reader::read_patch(FaceId face, int level) const try {
   return view;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("read a patch");
+}
+
+int Reader::depth(FaceId face) const {
+  state_->check_usable();
+  if (face >= state_->mesh.faces.size())
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("depth of face {}: expected a face below {}", face, state_->mesh.faces.size()));
+  int depth = state_->depth(face);
+  for (const State::Attribute& attribute : state_->attributes)
+    depth = std::min(depth, attribute.finest_level);
+  return depth;
+}
+
+std::optional<int> Reader::depth_across(FaceId face, int side) const {
+  depth(face);  // refuses faces that are not there
+  if (side < 0 || side > 2)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("depth across side {}: expected a side from 0 to 2", side));
+  state_->store->base.need_face(face);
+  const FaceSide beyond = state_->mesh.across(FaceSide(face, side));
+  if (!beyond.exists()) return std::nullopt;
+  return depth(beyond.face());
 }
 
 std::size_t Reader::prefetch(std::span<const FaceId> faces, int level) const noexcept {

@@ -35,6 +35,15 @@ struct Reader::State {
   void check_usable() const { store->process.check("a reader"); }
   const Attribute* find(std::string_view name) const;
   void check_level(const Attribute& attribute, int level) const;
+  /// The finest level of the face; kMaxLevel if the store has no depths. REQUIRES: the face is
+  /// there.
+  int depth(FaceId face) const noexcept;
+  /// Errors: kInvalidArgument if the face does not have this level.
+  void check_depth(FaceId face, int level) const {
+    if (level > depth(face)) [[unlikely]]
+      refuse_depth(face, level);
+  }
+  [[noreturn]] void refuse_depth(FaceId face, int level) const;
   /// This state, for a view, which keeps it. REQUIRES: a reader has the state.
   std::shared_ptr<const State> share() const noexcept { return handles[this_thread_part()].lock(); }
   /// Throws kBadState for a level that is unfinished. Level base_level are the base records.

@@ -50,8 +50,8 @@ std::vector<FaceBounds> Reader::State::compute_bounds(const Attribute& attribute
                             attribute.schema.components));
   for (int level = base_level; level <= attribute.finest_level; ++level)
     check_finished(attribute, level);
-  return compute_face_bounds(store->base.topology(), attribute.schema, attribute.base_bytes,
-                             attribute.levels, session, progress);
+  return compute_face_bounds(store->base, attribute.schema, attribute.base_bytes, attribute.levels,
+                             session, progress);
 }
 
 std::shared_ptr<const BoundsTree> Reader::State::bounds_tree(std::size_t number) const {

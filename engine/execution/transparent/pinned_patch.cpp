@@ -38,6 +38,7 @@ void PinnedPatch::activate(int readable, int first_writable, int last_writable) 
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("activate level {} of '{}': expected {} to {}", readable,
                             info.schema.name, base_level, info.finest_level));
+  StoreAccess::refuse_depths(*store_, "walk over the patches of", readable);
   changes_base_records_ =
       changes_base_records_ || first_writable <= std::min(base_level, last_writable);
   const auto access = [&](int level) {

@@ -95,6 +95,7 @@ PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("write levels {} to {} of '{}': expected levels from {} to {}", first,
                               last, info.schema.name, base_level, info.finest_level));
+    StoreAccess::refuse_depths(store, verb, last);
     if (std::ranges::count(ids, id) > 1)
       throw Error(
           ErrorCode::kInvalidArgument,

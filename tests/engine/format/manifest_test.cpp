@@ -128,7 +128,7 @@ TEST_CASE("DecodeManifest_FieldOutOfRangeWithTheRightChecksum_IsRefusedByName") 
   refused(forged(8, std::uint32_t{2}), "format version 2", ErrorCode::kNotSupported);
   refused(forged(8, std::uint32_t{4}), "format version 4", ErrorCode::kNotSupported);
   refused(forged(12, std::uint32_t{0x80000000u}), "required flag 31", ErrorCode::kNotSupported);
-  refused(forged(12, std::uint32_t{4}), "knows only those of flags 0 and 1",
+  refused(forged(12, std::uint32_t{8}), "knows only those of flags 0, 1 and 2",
           ErrorCode::kNotSupported);
   refused(forged(40, std::uint64_t{0}), "sequence number is 0");
   refused(forged(40, kMaxSequence + 1), "sequence number");

@@ -112,6 +112,31 @@ TEST_CASE("Description_AnyNumberOfAttributes_IsReadAsWritten") {
   }
 }
 
+TEST_CASE("Description_OfDepths_IsReadAsWrittenOrRefused") {
+  VersionDescription version = full_description(2);
+  version.shards = {};
+  const auto deepest = static_cast<std::size_t>(kMaxLevel - version.provenance.base_level);
+  version.depths = {7, std::vector<std::uint32_t>(deepest, 3)};
+  const auto decode_depths = [&] {
+    return decode_description(encode_description(version), kSequence, "the/version.40",
+                              optional_features_of(version), required_features_of(version));
+  };
+  CHECK(required_features_of(version) == kDepths);
+  CHECK(decode_depths().depths == version.depths);
+  const auto refused = [&](std::vector<std::uint32_t> slots) {
+    version.depths->slots = std::move(slots);
+    CHECK(error_of([&] { decode_depths(); }).code() == ErrorCode::kCorruption);
+  };
+  refused(std::vector<std::uint32_t>(deepest + 1, 3));
+  refused({});  // fewer levels than an attribute has
+  std::vector<std::uint32_t> slots(deepest, 3);
+  slots.back() = 0;
+  refused(slots);
+  slots.back() = 4;
+  refused(slots);
+  refused(std::vector<std::uint32_t>(deepest, static_cast<std::uint32_t>(version.edge_count) + 1));
+}
+
 TEST_CASE("Description_OfShards_IsReadAsWrittenOrRefused") {
   VersionDescription version = full_description(2);
   version.shards = {{0, 1}, {1, 0xffff'ffff'ffff'ffff}, {static_cast<EdgeId>(7), 3}};

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -192,6 +193,9 @@ class PinnedVertices {
   std::span<const std::byte> bytes_;
 };
 
+/// A level that a face says itself, in a store whose faces have depths of their own.
+enum class Depth : std::uint8_t { kOwn };
+
 /// Threads: shared (docs/threads.md). While a store has readers or views, calls that change the
 /// same Store object, commit it or close it fail with kBusy. Other Store objects, of this process
 /// or another one, may write to the same store: the reader keeps the version that its store has
@@ -206,9 +210,17 @@ class Reader {
 
   /// Pins all records of face `face` of Store::base() at `level`, of all attributes of the reader.
   /// Errors: kInvalidArgument for a face or a level that is not there (an attribute may have fewer
-  /// levels than another one); kBadState for an unfinished level (Store::commit); kBudget with the
-  /// number of open views; those of Session::pin_many.
+  /// levels than another one, and a face too: depth()); kBadState for an unfinished level
+  /// (Store::commit); kBudget with the number of open views; those of Session::pin_many.
   PatchView read_patch(FaceId face, int level) const;
+  /// The same at depth(face).
+  PatchView read_patch(FaceId face, Depth) const { return read_patch(face, depth(face)); }
+  /// The finest level at which the face can be read: Store::depth(), but not beyond an attribute of
+  /// the reader. Errors: kInvalidArgument for a face that is not there.
+  int depth(FaceId face) const;
+  /// depth() of the face across a side; nothing at a border. The same errors; kInvalidArgument
+  /// unless `side` is 0, 1 or 2.
+  std::optional<int> depth_across(FaceId face, int side) const;
 
   /// Calls visit(const PatchView&) for these faces, in this order, and reads the next patches ahead
   /// while `visit` works. Errors: as read_patch(), and those of `visit`.

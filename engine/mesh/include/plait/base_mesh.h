@@ -16,6 +16,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+class FaceDepths;
 class LevelGeometry;
 class SlotShapes;
 struct BaseRelativeLevel;
@@ -147,13 +148,21 @@ class BaseMesh {
   /// entry is a vertex below input_vertex_count, kNoId, or a face below face_count().
   BaseMesh with_input_maps(const InputMaps& maps) &&;
 
+  /// The same mesh whose faces are refined to depths of their own (docs/adaptive.md): [face] how
+  /// often this mesh is refined there. Reads the edges. Errors: kInvalidArgument unless there is
+  /// one depth for each face, 0 to 20.
+  BaseMesh with_depths(std::vector<std::uint8_t> depths) const;
+  /// nullptr for a mesh whose faces have all levels. build(), with_face_order() and rebase() make
+  /// such meshes.
+  const FaceDepths* depths() const noexcept { return depths_.get(); }
+
   std::uint64_t vertex_count() const { return arrays_.positions.size(); }
   std::uint64_t edge_count() const { return arrays_.mesh.edges.size(); }
   std::uint64_t face_count() const { return arrays_.mesh.faces.size(); }
   std::uint64_t border_edge_count() const { return arrays_.mesh.border_edges.size(); }
   /// Where the slots and blocks of a level are. All geometries of a store's levels come from here,
-  /// by StoreAccess::geometry(), so only this function knows which slots a level has: today all,
-  /// whole but for border edges. Errors: those of LevelGeometry.
+  /// by StoreAccess::geometry(), so only this function knows which slots a level has: all, whole
+  /// but for border edges, unless there are depths(). Errors: those of LevelGeometry.
   LevelGeometry geometry(BaseRelativeLevel level, std::size_t record_bytes,
                          std::uint64_t block_bytes) const;
 
@@ -205,6 +214,7 @@ class BaseMesh {
   std::shared_ptr<const void> owner_, maps_owner_;  ///< of the arrays, unless there are pages
   std::shared_ptr<const MeshPages> pages_;
   std::shared_ptr<const SlotShapes> slot_shapes_;  ///< nullptr: of no edge
+  std::shared_ptr<const FaceDepths> depths_;       ///< nullptr: all faces have all levels
 };
 
 /// Vertices, edges and faces at a level of refinement. One refinement gives V' = V + E, E' = 2E +

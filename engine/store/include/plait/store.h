@@ -95,6 +95,12 @@ class Store {
   int base_level() const;
   int finest_level() const;  ///< of the attribute with the most levels
 
+  /// Whether faces have depths of their own (docs/adaptive.md): plait prune makes such stores.
+  bool has_depths() const;
+  /// The finest level that a face of base() has: finest_level(), unless the store has depths.
+  /// Errors: kInvalidArgument for a face that is not there.
+  int depth(FaceId face) const;
+
   std::span<const AttributeInfo> attributes() const;
   /// Errors: kNotFound; the message lists the attributes of the store.
   AttributeId attribute(std::string_view name) const;

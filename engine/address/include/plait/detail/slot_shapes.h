@@ -2,10 +2,9 @@
 // slot.
 //
 // An edge's grid at one level is the square between its two faces. If only one of the faces has
-// this level, only half of the square exists. If neither face has it, the slot is absent. Today
-// every face has every level, so only border edges have half slots, and no slot is absent. But code
-// asks the slot for its shape, and never the edge: docs/adaptive.md tells what changes if faces are
-// refined to different depths.
+// this level, only half of the square exists. If neither face has it, the slot is absent. In a
+// store without depths (docs/adaptive.md) every face has every level, so only border edges have
+// half slots, and no slot is absent. Code asks the slot for its shape, and never the edge.
 #pragma once
 
 #include <cstddef>

@@ -79,6 +79,9 @@ struct SweepOptions {
   /// Called when nothing can refuse the pass any more, before its first change: a work of which the
   /// pass is the first step marks there what it writes (UnfinishedLevels). May be empty.
   std::function<void()> begins = {};
+  /// The pass reads only own slots, and its kernel takes slots of all shapes, absent ones too. Only
+  /// such passes work on a store with depths (docs/adaptive.md).
+  bool takes_depths = false;
 };
 
 /// The most bytes of frames that the pass pins at once. This is the smallest budget for the pass.
@@ -87,7 +90,7 @@ std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int thread
 /// Runs the pass over all edges, or over those of the store of one part. If the budget covers the
 /// window and the span of the layout, each block is read at most once. Blocks that are only written
 /// are never read. Errors: kBudget before it changes anything (the message says how much is needed,
-/// and for which span); kCancelled; those of Session::pin.
+/// and for which span); kNotSupported for a store with depths; kCancelled; those of Session::pin.
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options);
 /// The same for a pass that only reads. Errors: also kInvalidArgument for a pass that writes.
 void sweep(const Store& store, const SweepPass& pass, const SweepOptions& options);

@@ -20,6 +20,7 @@ PLAIT_BEGIN_NAMESPACE
 enum class StoreFile : std::uint8_t {
   kDescription,  ///< version.S; nothing else of the version is known
   kBaseMesh,
+  kDepths,       ///< the file "depths", which says where slots are
   kBaseIndex,    ///< base.index, which a store may be without
   kBlockTables,  ///< version.S; its description is whole
   kBaseRecords,
@@ -48,7 +49,8 @@ struct StoreCheck {
   StoreOptions options;        ///< as the manifest says
   Provenance provenance;
   std::vector<AttributeInfo> attributes;
-  BaseMesh base;                         ///< empty if base.mesh is damaged
+  BaseMesh base;                         ///< empty if base.mesh is damaged; with its depths
+  bool depths_lost = false;              ///< `base` is without them: their file is damaged
   std::uint64_t base_mesh_checksum = 0;  ///< of base.mesh, as the version says
   bool in_shards = false;                ///< the levels are in shards
   std::vector<DamagedFile> damaged;

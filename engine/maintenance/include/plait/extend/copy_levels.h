@@ -22,8 +22,10 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
 /// Copies all attributes and levels of `from`, its face attributes and texts into `to`, level by
 /// level in slot order, and leaves the commit to the caller. Rounds the attributes that `bounds`
 /// names, and ignores names that `from` does not have. Memory is bounded by the budgets of the two
-/// stores. `progress` counts raw bytes. REQUIRES: `to` was created with from.base() and has no
-/// attribute. Errors: also those of Rounder.
+/// stores. `progress` counts raw bytes. REQUIRES: `to` was created with from.base(), or with it and
+/// depths (BaseMesh::with_depths), and has no attribute. Then the copy has what these depths leave.
+/// Errors: kInvalidArgument for a face that is deeper than in `from`. Errors: also those of
+/// Rounder.
 void copy_levels(Store& from, Store& to, const ProgressCallback& progress = {},
                  const ErrorBounds& bounds = {}, bool changes_later = false);
 

@@ -86,6 +86,10 @@ class StoreAccess {
   static void check_readable(const Store& store, AttributeId attribute, int level,
                              bool within_work = false);
 
+  /// Throws kNotSupported if the store has depths (Store::has_depths()) and a face that does not
+  /// have `level`. `verb` begins the message: "subdivide".
+  static void refuse_depths(const Store& store, std::string_view verb, int level);
+
   /// Errors: those that a call has which removes or adds attributes and levels. Changes nothing.
   static void check_changeable(const Store& store, std::string_view verb);
   /// Whether the base records of the attribute are finished, for UnfinishedLevels::add_base().

@@ -1,0 +1,448 @@
+// Stores whose faces have depths of their own: which records they keep, what is drawn of them, how
+// far that is from all levels, and who refuses them.
+#include "prune/prune.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "conversion/conversion_job.h"
+#include "distance/closest_point.h"
+#include "export/numbered_triangles.h"
+#include "export/vertex_stream.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/extend/check_store.h"
+#include "plait/extend/pass.h"
+#include "plait/notes.h"
+#include "plait/patch_writer.h"
+#include "plait/reader.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
+#include "plait/verify.h"
+#include "plait/visit_vertices.h"
+#include "prune/compare_pruned.h"
+#include "support/error_of.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test::prune_test {
+namespace {
+
+constexpr int kLevels = 3;
+using Position = Vector3<float>;
+
+std::vector<std::uint8_t> random_depths(std::uint64_t faces, std::mt19937& random, int most) {
+  std::vector<std::uint8_t> depths(faces);
+  const auto change_percent = random() % 100;
+  std::uint8_t depth = 0;
+  for (std::uint8_t& of_face : depths) {
+    if (random() % 100 < change_percent)
+      depth = static_cast<std::uint8_t>(random() % (static_cast<unsigned>(most) + 1));
+    of_face = depth;
+  }
+  return depths;
+}
+
+/// A store of all levels, with normals, whose face attribute "depth" has these numbers.
+std::filesystem::path whole_store(const std::filesystem::path& path, const IndexedMesh& mesh,
+                                  const std::vector<std::uint8_t>& depths,
+                                  const std::string& scheme = "loop") {
+  StoreOptions options;
+  options.backend = "pread";
+  options.block_bytes = 4096;
+  options.durability = Durability::kNone;
+  Store store = Store::create(path, lay_out(BaseMesh::build(mesh), LayoutKind::kGiven).mesh,
+                              options, default_backends());
+  add_base_positions(store, ComponentType::kFloat32);
+  subdivide(store, {.scheme = scheme_from_name(scheme), .levels = kLevels, .normals = true});
+  if (!depths.empty()) {
+    store.notes().add_face_attribute({"depth", ComponentType::kUint8, 1});
+    std::ranges::copy(depths, store.notes().face_records<std::uint8_t>("depth").begin());
+  }
+  store.commit();
+  return path;
+}
+
+PruneResult pruned(const std::filesystem::path& from, const std::filesystem::path& to, int balance,
+                   const std::string& max_distance = {}) {
+  PruneRequest request;
+  if (max_distance.empty())
+    request.depth_by = "depth";
+  else
+    request.max_distance = max_distance;
+  request.balance = balance;
+  request.copy.from = from;
+  request.copy.to = to;
+  return prune(request, default_backends(), default_backends());
+}
+
+Store open(const std::filesystem::path& path, bool writable = false) {
+  return Store::open(path, {.writable = writable}, default_backends());
+}
+
+std::vector<Position> patch_of(const Store& store, FaceId face, int level) {
+  const Reader reader(store, {.attributes = {"position"}});
+  const PatchView view = reader.read_patch(face, level);
+  std::vector<Position> records(patch_vertex_count(view.size()));
+  view.attribute<Position>("position").copy_to(records);
+  return records;
+}
+
+/// How often each undirected edge is a side of a triangle; nothing if a directed one is twice.
+std::optional<std::map<std::pair<std::uint64_t, std::uint64_t>, int>> edges_of(
+    const PatchSelection& patches) {
+  std::set<std::pair<std::uint64_t, std::uint64_t>> directed;
+  std::map<std::pair<std::uint64_t, std::uint64_t>, int> edges;
+  bool once = true;
+  std::uint64_t triangles = 0;
+  for_each_numbered_triangle(
+      patches,
+      [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+        ++triangles;
+        for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, a}}) {
+          once &= from != to && directed.insert({from, to}).second;
+          ++edges[std::minmax(from, to)];
+        }
+      },
+      [](std::uint64_t) {});
+  if (!once || triangles != patches.triangle_count()) return std::nullopt;
+  return edges;
+}
+
+}  // namespace
+
+TEST_CASE("Prune_ByAFaceAttribute_KeepsTheBitsOfWhatIsLeft") {
+  std::mt19937 random(42);
+  const std::vector<IndexedMesh> meshes = {tetrahedron(),        seven_vertex_torus(),
+                                           open_fan(5),          two_components(),
+                                           random_sphere(3, 40), random_sheet(4, 40)};
+  for (std::size_t mesh = 0; mesh < meshes.size(); ++mesh)
+    for (const int balance : {0, 1}) {
+      CAPTURE(mesh, balance);
+      const TemporaryDirectory directory;
+      const std::uint64_t faces = BaseMesh::build(meshes[mesh]).face_count();
+      const std::vector<std::uint8_t> depths = random_depths(faces, random, kLevels);
+      const auto from = whole_store(directory.path() / "whole", meshes[mesh], depths);
+      const auto to = directory.path() / "pruned";
+      const PruneResult result = pruned(from, to, balance);
+      const Store whole = open(from), store = open(to);
+      if (balance == 0) CHECK(result.raised == 0);
+      std::uint64_t raised = 0;
+      for (FaceId face = 0; face < faces; ++face) {
+        raised += store.depth(face) != depths[face] ? 1u : 0u;
+        CHECK(store.depth(face) >= depths[face]);
+      }
+      CHECK(raised == result.raised);
+
+      const PrunedComparison compared = compare_pruned(store, whole);
+      CHECK(compared.difference.value_or("") == "");
+      // Two attributes, whose records are all that the edges have.
+      CHECK(compared.records == 2 * counts_at_level(store.base(), kLevels).vertices);
+      CHECK(result.copy.vertices == counts_at_level(store.base(), kLevels).vertices);
+
+      const Reader reader(store);
+      for (FaceId face = 0; face < faces; ++face) {
+        const int depth = reader.depth(face);
+        for (int level = 0; level <= depth; ++level)
+          CHECK(std::memcmp(patch_of(store, face, level).data(),
+                            patch_of(whole, face, level).data(),
+                            sizeof(Position) * patch_vertex_count(std::int64_t{1} << level)) == 0);
+        CHECK(reader.read_patch(face, Depth::kOwn).level() == depth);
+        if (depth < store.finest_level())
+          CHECK(code_of([&] { reader.read_patch(face, depth + 1); }) ==
+                ErrorCode::kInvalidArgument);
+        for (int side = 0; side < 3; ++side) {
+          const FaceSide beyond = store.base().topology().across(FaceSide(face, side));
+          const std::optional<int> across = reader.depth_across(face, side);
+          CHECK(across.has_value() == beyond.exists());
+          if (!across) continue;
+          CHECK(*across == store.depth(beyond.face()));
+          if (balance == 1) CHECK(std::abs(*across - depth) <= 1);
+        }
+      }
+      CHECK(verify(store).damaged.empty());
+    }
+}
+
+TEST_CASE("Prune_WithEqualDepths_GivesTheStoreOfTheseLevels") {
+  const TemporaryDirectory directory;
+  const IndexedMesh mesh = random_sphere(5, 30);
+  const std::uint64_t faces = BaseMesh::build(mesh).face_count();
+  const auto from =
+      whole_store(directory.path() / "whole", mesh, std::vector<std::uint8_t>(faces, kLevels));
+  const auto to = directory.path() / "pruned";
+  pruned(from, to, 1);
+  CHECK(digest(open(to)) == digest(open(from)));
+  CHECK(counts_at_level(open(to).base(), 2).edges == counts_at_level(open(from).base(), 2).edges);
+}
+
+TEST_CASE("Drawn_OfRandomDepths_HasNoGapAndTheEulerNumberOfTheBaseMesh") {
+  std::mt19937 random(7);
+  // Numbers of vertices tell edges apart only where no two faces have two sides in common.
+  for (const NamedMesh& named : all_meshes()) {
+    const BaseMesh base = BaseMesh::build(named.mesh);
+    if (base.face_count() > 200) continue;
+    for (int turn = 0; turn < 20; ++turn) {
+      CAPTURE(named.name, turn);
+      const BaseMesh deep = base.with_depths(random_depths(base.face_count(), random, 4));
+      const int level = static_cast<int>(random() % 5);
+      const PatchSelection patches(deep, level, all_faces(deep));
+      const auto edges = edges_of(patches);
+      REQUIRE(edges);
+      std::set<std::uint64_t> used;
+      std::uint64_t border = 0, of_base = 0;
+      for (const auto& [ends, sides] : *edges) {
+        used.insert({ends.first, ends.second});
+        border += sides == 1 ? 1u : 0u;
+      }
+      for (const EdgeId edge : deep.border_edges())
+        of_base += std::uint64_t{1}
+                   << std::min(level, deep.depths()->of(deep.edges()[edge].own.face()));
+      CHECK(used.size() == patches.vertex_count());
+      CHECK(*used.rbegin() + 1 == patches.vertex_count());
+      CHECK(border == of_base);
+      const LevelCounts counts = counts_at_level(deep, level);
+      CHECK(counts.vertices == patches.vertex_count());
+      CHECK(counts.faces == patches.triangle_count());
+      CHECK(counts.edges == edges->size());
+      // V - E + F
+      CHECK(patches.vertex_count() + patches.triangle_count() + base.edge_count() ==
+            edges->size() + base.vertex_count() + base.face_count());
+    }
+  }
+}
+
+TEST_CASE("Drawn_OfAPrunedStore_HasThePositionsOfItsVertices") {
+  std::mt19937 random(8);
+  for (const IndexedMesh& mesh : {random_sphere(9, 40), random_sheet(9, 40), closed_fan(6)}) {
+    const TemporaryDirectory directory;
+    const std::uint64_t faces = BaseMesh::build(mesh).face_count();
+    const auto from =
+        whole_store(directory.path() / "whole", mesh, random_depths(faces, random, kLevels));
+    const auto to = directory.path() / "pruned";
+    pruned(from, to, 0);
+    const Store whole = open(from);
+    Store store = open(to);
+    const PatchSelection patches(store.base(), store.finest_level(), all_faces(store.base()));
+    std::vector<Position> positions;
+    const AttributeId position = store.attribute("position");
+    stream_vertices(store, std::span(&position, 1), patches, [&](auto records, std::size_t count) {
+      const std::size_t before = positions.size();
+      positions.resize(before + count);
+      std::memcpy(positions.data() + before, records[0].data(), count * sizeof(Position));
+    });
+    REQUIRE(positions.size() == patches.vertex_count());
+    bool same = true;
+    for (FaceId face = 0; face < faces; ++face) {
+      const std::vector<Position> fine = patch_of(whole, face, kLevels);
+      const DrawnDepths drawn = patches.drawn(face);
+      const auto look = [&](FacePoint at) {
+        const int finer = kLevels - drawn.grid();
+        const Position& found = positions[patches.number({face, drawn.grid(), at.i, at.j})];
+        const Position& right = fine[static_cast<std::size_t>(
+            patch_vertex(std::int64_t{1} << kLevels, at.i << finer, at.j << finer))];
+        same &= std::memcmp(&found, &right, sizeof(Position)) == 0;
+      };
+      for_each_drawn_triangle(
+          drawn,
+          [&](FacePoint a, FacePoint b, FacePoint c) {
+            for (const FacePoint& at : {a, b, c}) look(at);
+          },
+          [] {});
+    }
+    CHECK(same);
+  }
+}
+
+TEST_CASE("Prune_ByDistance_HoldsTheToleranceOfWhatIsDrawn") {
+  for (const int balance : {0, 1}) {
+    CAPTURE(balance);
+    const TemporaryDirectory directory;
+    // Flat but for a few triangles: a sheet whose last vertices stick out.
+    IndexedMesh mesh = sheet(6, 6);
+    for (Vector3<double>& at : mesh.positions) at.z = 0;
+    mesh.positions.back().z = 1;
+    const auto from = whole_store(directory.path() / "whole", mesh, {});
+    const auto to = directory.path() / "pruned";
+    const double tolerance = 0.02;
+    const PruneResult result = pruned(from, to, balance, "0.02");
+    CHECK(result.tolerance == tolerance);
+    CHECK(*result.distance <= tolerance);
+    CHECK(result.copy.vertices < result.from_vertices / 2);
+    const Store whole = open(from), store = open(to);
+    // Loop rounds the corners of the sheet, and moves nothing else of what is flat.
+    std::uint64_t flat = 0;
+    for (FaceId face = 0; face < store.base().face_count(); ++face)
+      flat += store.depth(face) == 0 ? 1u : 0u;
+    CHECK(2 * flat > store.base().face_count());
+    const PatchSelection patches(store.base(), kLevels, all_faces(store.base()));
+    double most = 0;
+    for (FaceId face = 0; face < store.base().face_count(); ++face) {
+      const std::vector<Position> fine = patch_of(whole, face, kLevels);
+      const DrawnDepths drawn = patches.drawn(face);
+      const auto point = [&](FacePoint at) {
+        const int finer = kLevels - drawn.grid();
+        const Position& found = fine[static_cast<std::size_t>(
+            patch_vertex(std::int64_t{1} << kLevels, at.i << finer, at.j << finer))];
+        return Vector3<double>{double{found.x}, double{found.y}, double{found.z}};
+      };
+      for (const Position& each : fine) {
+        const Vector3<double> at{double{each.x}, double{each.y}, double{each.z}};
+        double least = std::numeric_limits<double>::infinity();
+        for_each_drawn_triangle(
+            drawn,
+            [&](FacePoint a, FacePoint b, FacePoint c) {
+              const auto q = closest_of_triangle(at, point(a), point(b), point(c));
+              least = std::min(least, std::hypot(at.x - q.x, at.y - q.y, at.z - q.z));
+            },
+            [] {});
+        most = std::max(most, least);
+      }
+    }
+    CHECK(most <= tolerance);
+    CHECK(most > 0);
+    CHECK(*result.distance >= most);
+  }
+}
+
+TEST_CASE("Prune_ByDistanceZero_KeepsAllButWhatIsFlat") {
+  const TemporaryDirectory directory;
+  const auto round = whole_store(directory.path() / "round", octahedron(), {});
+  CHECK(pruned(round, directory.path() / "all", 1, "0").copy.vertices ==
+        counts_at_level(open(round).base(), kLevels).vertices);
+  const auto flat = whole_store(directory.path() / "flat", octahedron(), {}, "midpoint");
+  CHECK(pruned(flat, directory.path() / "none", 1, "1e-6%").copy.vertices == 6);
+}
+
+TEST_CASE("Prune_ToANumberOfVertices_LeavesAtMostSoMany") {
+  const TemporaryDirectory directory;
+  const auto from = whole_store(directory.path() / "whole", random_sphere(6, 60), {});
+  const std::uint64_t all = counts_at_level(open(from).base(), kLevels).vertices;
+  double before = std::numeric_limits<double>::infinity();
+  for (const std::uint64_t most : {all / 8, all / 3, all}) {
+    PruneRequest request;
+    request.vertices = most;
+    request.copy.from = from;
+    request.copy.to = directory.path() / std::to_string(most);
+    const PruneResult result = prune(request, default_backends(), default_backends());
+    CHECK(result.copy.vertices <= most);
+    CHECK(result.copy.vertices > most / 3);
+    CHECK(*result.distance <= before);
+    before = *result.distance;
+  }
+  CHECK(before == 0);
+  PruneRequest request;
+  request.vertices = 2;
+  request.copy.from = from;
+  request.copy.to = directory.path() / "none";
+  CHECK(error_of([&] { prune(request, default_backends(), default_backends()); }).code() ==
+        ErrorCode::kInvalidArgument);
+}
+
+TEST_CASE("Prune_OfWrongRequests_IsRefusedAndLeavesNothing") {
+  const TemporaryDirectory directory;
+  const auto from = whole_store(directory.path() / "whole", tetrahedron(), {0, 1, 2, 4});
+  const auto to = directory.path() / "pruned";
+  CHECK(error_of([&] { pruned(from, to, 1); }).code() == ErrorCode::kInvalidArgument);
+  CHECK(error_of([&] { pruned(from, to, 1, "-1"); }).code() == ErrorCode::kInvalidArgument);
+  CHECK(error_of([&] { pruned(from, to, 1, "far"); }).code() == ErrorCode::kInvalidArgument);
+  CHECK_FALSE(std::filesystem::exists(to));
+  pruned(from, to, 1, "50%");
+  CHECK(open(to).depth(0) < kLevels);
+}
+
+TEST_CASE("PrunedStore_InWorksThatNeedAllFaces_IsRefusedInWords") {
+  const TemporaryDirectory directory;
+  const auto from = whole_store(directory.path() / "whole", tetrahedron(), {1, 2, 3, 1});
+  const auto to = directory.path() / "pruned";
+  pruned(from, to, 0);
+  Store store = open(to, true);
+  CHECK(error_of([&] { subdivide(store, {.levels = 4, .normals = true}); }).code() ==
+        ErrorCode::kNotSupported);
+  CHECK(error_of([&] { PatchWriter(store, {.attributes = {"position"}}); }).code() ==
+        ErrorCode::kNotSupported);
+  CHECK(error_of([&] { run_pass(store, {.name = "smooth"}, {}); }).code() ==
+        ErrorCode::kNotSupported);
+  CHECK(error_of([&] {
+          store.add_attribute({"deep", ComponentType::kUint8, 1}, 4);
+        }).code() == ErrorCode::kInvalidArgument);
+  store.roll_back();
+  CHECK(open(to).attributes().size() == 2);
+  // Levels that all faces have work as ever.
+  store.add_attribute({"mark", ComponentType::kUint8, 1}, 1);
+  store.commit();
+  const Store again = open(to);
+  CHECK(again.attributes().size() == 3);
+  CHECK(again.depth(2) == 3);
+}
+
+TEST_CASE("PrunedStore_InAnotherBackend_HasTheSameDigest") {
+  const TemporaryDirectory directory;
+  const auto from =
+      whole_store(directory.path() / "whole", random_sphere(2, 20),
+                  std::vector<std::uint8_t>(BaseMesh::build(random_sphere(2, 20)).face_count(), 1));
+  {
+    Store store = open(from, true);
+    const auto depths = store.notes().face_records<std::uint8_t>("depth");
+    depths[0] = depths[depths.size() / 2] = 3;
+    store.commit();
+  }
+  const auto to = directory.path() / "pruned";
+  pruned(from, to, 1);
+  for (const char* const backend : {"mmap", "compressed"}) {
+    ConversionRequest request;
+    request.from = to;
+    request.to = directory.path() / backend;
+    request.backend = backend;
+    request.verify = true;
+    CHECK(convert(request, default_backends(), default_backends()).digest ==
+          digest(open(to)).to_string());
+  }
+  ConversionRequest request;
+  request.from = to;
+  request.to = directory.path() / "small";
+  request.compression.add("small");
+  CHECK(error_of([&] { convert(request, default_backends(), default_backends()); }).code() ==
+        ErrorCode::kNotSupported);
+}
+
+TEST_CASE("PrunedStore_WithAForgedFileOfDepths_IsRefused") {
+  const TemporaryDirectory directory;
+  const auto from = whole_store(directory.path() / "whole", tetrahedron(), {1, 2, 3, 1});
+  const auto to = directory.path() / "pruned";
+  pruned(from, to, 0);
+  const auto file = to / "depths";
+  REQUIRE(std::filesystem::file_size(file) == 4);
+  const auto write = [&](const std::string& bytes) {
+    std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
+  };
+  const auto refused = [&] {
+    const Error error = error_of([&] { open(to); });
+    CHECK(error.code() == ErrorCode::kCorruption);
+    CHECK(std::string(error.what()).find("depths") != std::string::npos);
+    const StoreCheck check = check_store(to, default_backends());
+    REQUIRE(check.damaged.size() == 1);
+    CHECK(check.damaged[0].kind == StoreFile::kDepths);
+    return std::string(error.what());
+  };
+  write(std::string("\1\2\3", 3));
+  CHECK(refused().find("3 bytes, expected 4") != std::string::npos);
+  write(std::string("\1\2\3\2", 4));
+  CHECK(refused().find("checksum") != std::string::npos);
+  std::filesystem::remove(file);
+  CHECK(error_of([&] { open(to); }).code() == ErrorCode::kNotFound);
+  write(std::string("\1\2\3\1", 4));
+  CHECK(open(to).depth(2) == 3);
+}
+
+}  // namespace plait::test::prune_test

@@ -1,0 +1,102 @@
+// plait prune, and every other command over the store that it makes: each works or refuses.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "plait/mesh_io.h"
+#include "program.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+struct PrunedWorkplace {
+  TemporaryDirectory directory;
+  PrunedWorkplace() {
+    IndexedMesh mesh = sheet(6, 6);
+    for (Vector3<double>& at : mesh.positions) at.z = 0;
+    mesh.positions.back().z = 1;
+    write_ply(directory.path() / "mesh.ply", mesh);
+    REQUIRE(plait({"subdivide", "mesh.ply", "whole.plait", "--levels", "3", "--normals",
+                   "--backend", "pread"})
+                .status == 0);
+  }
+  Outcome plait(std::vector<std::string> arguments) const {
+    return run(directory.path(), std::move(arguments));
+  }
+  bool has(const std::string& name) const {
+    return std::filesystem::exists(directory.path() / name);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
+  const PrunedWorkplace here;
+  const Outcome made =
+      here.plait({"prune", "whole.plait", "pruned.plait", "--max-distance", "0.2%", "--json"});
+  CAPTURE(made.errors);
+  REQUIRE(made.status == 0);
+  CHECK(made.json()["vertices"] < made.json()["from_vertices"]);
+  CHECK(made.json()["distance"] <= made.json()["max_distance"]);
+  CHECK(made.json()["depths"].size() > 1);
+
+  const Outcome against =
+      here.plait({"digest", "pruned.plait", "--against", "whole.plait", "--json"});
+  CHECK(against.status == 0);
+  CHECK(against.json()["equal"] == true);
+  CHECK(here.plait({"digest", "whole.plait", "--against", "pruned.plait"}).status == 1);
+  const Outcome info = here.plait({"info", "pruned.plait", "--json"});
+  CHECK(info.json()["finest"]["vertices"] == made.json()["vertices"]);
+  CHECK(info.json()["depths"] == made.json()["depths"]);
+
+  const std::vector<std::vector<std::string>> used = {
+      {"verify", "pruned.plait"},
+      {"info", "pruned.plait"},
+      {"digest", "pruned.plait"},
+      {"digest", "pruned.plait", "--level", "3"},
+      {"repair", "pruned.plait", "--dry-run"},
+      {"bounds", "pruned.plait"},
+      {"clean", "."},
+      {"convert", "pruned.plait", "copy.plait", "--compress", "fast", "--verify"},
+      {"compare", "whole.plait", "pruned.plait", "--samples", "1000"},
+      {"export", "pruned.plait", "mesh.ply", "--attribute", "normal", "--force"},
+      {"export", "pruned.plait", "mesh.vtp", "--attribute", "normal"},
+      {"export", "pruned.plait", "mesh.obj"},
+      {"export", "pruned.plait", "mesh.off", "--level", "2"},
+      {"export", "pruned.plait", "mesh.stl", "--level", "0"},
+      {"check", "mesh.ply"}};
+  for (const auto& command : used) {
+    CAPTURE(command);
+    const Outcome outcome = here.plait(command);
+    CAPTURE(outcome.errors);
+    CHECK(outcome.status == 0);
+  }
+  const std::vector<std::vector<std::string>> refused = {
+      {"export", "pruned.plait", "other.stl"},
+      {"export", "pruned.plait", "other.glb"},
+      {"export", "pruned.plait", "other.pvtp"},
+      {"render", "pruned.plait", "other.png"},
+      {"publish", "pruned.plait", "other", "--page"},
+      {"prune", "pruned.plait", "other", "--max-distance", "0"},
+      {"pass", "pruned.plait", "smooth"},
+      {"pass", "pruned.plait", "noise", "other"},
+      {"pass", "pruned.plait", "normals"},
+      {"displace", "pruned.plait", "other"},
+      {"plan", "pruned.plait", "other", "--pass", "smooth", "--parts", "2"},
+      {"convert", "pruned.plait", "other", "--compress", "small"},
+      {"tune", "pruned.plait"}};
+  for (const auto& command : refused) {
+    CAPTURE(command);
+    const Outcome outcome = here.plait(command);
+    CAPTURE(outcome.errors);
+    CHECK(outcome.status != 0);
+    CHECK(outcome.errors.find("depth") != std::string::npos);
+    for (const char* const name : {"other", "other.stl", "other.glb", "other.pvtp", "other.png"})
+      CHECK_FALSE(here.has(name));
+  }
+  CHECK(here.plait({"digest", "pruned.plait", "--against", "whole.plait"}).status == 0);
+}
+
+}  // namespace plait::test
