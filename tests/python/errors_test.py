@@ -4,6 +4,7 @@ import errno
 import os
 import pickle
 import re
+import warnings
 
 import numpy as np
 import plait
@@ -91,6 +92,37 @@ def test_arguments_of_a_wrong_kind_are_named():
                        (lambda: store.subdivide("4"), "levels")):
         with pytest.raises(plait.InvalidArgument, match=f"{name}: expected"):
             call()
+
+
+def test_subdivide_says_when_float32_is_too_coarse():
+    points, faces = icosahedron()
+    far = np.round(1000 * np.asarray(points)) + 5e6
+    with pytest.warns(UserWarning, match="float32 has steps of 0.5 where edges are"):
+        store = plait.create(far, faces, dtype=np.float32)
+    with pytest.warns(UserWarning, match="float32 has steps of 0.5 where edges are .* at level 5"):
+        store.subdivide(5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plait.create(far, faces, dtype=np.float64).subdivide(5)
+        make(icosahedron(), levels=5)
+
+
+def test_subdivide_keeps_an_attribute_normal_of_another_kind():
+    store = make(TETRAHEDRON, levels=0)
+    store.add_attribute("normal", np.uint8)
+    with pytest.raises(plait.InvalidArgument, match="found uint8 x 1: remove it"):
+        store.subdivide(2, normals=True)
+    assert store["normal"].dtype == np.uint8
+
+
+def test_outputs_name_what_they_leave_out_and_replace_no_link(tmp_path):
+    with make(TETRAHEDRON, tmp_path / "s.plait", levels=2) as store:
+        store.add_attribute("early", np.uint8, level=0)
+        store.commit()
+    assert "early" in plait.export(tmp_path / "s.plait", tmp_path / "a.ply", force=True).left_out
+    os.symlink("a.ply", tmp_path / "link.ply")
+    with pytest.raises(plait.InvalidArgument, match="link.ply: it is a symbolic link"):
+        plait.export(tmp_path / "s.plait", tmp_path / "link.ply", force=True)
 
 
 def test_the_package_shows_what_it_has():
