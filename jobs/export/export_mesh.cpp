@@ -183,7 +183,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   if (is_gltf(format) || format == MeshFormat::kStl || format == MeshFormat::kPvtp)
     StoreAccess::refuse_depths(
         store,
-        fmt::format("export to a {} file, not to .ply, .obj, .off or .vtp,", format_name(format)),
+        fmt::format("export to {} (.ply, .obj, .off and .vtp can have it)", format_name(format)),
         level);
   const std::vector<AttributeId> extras =
       chosen_attributes(store, position, level, format, request);

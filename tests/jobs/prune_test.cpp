@@ -349,6 +349,26 @@ TEST_CASE("Prune_ToANumberOfVertices_LeavesAtMostSoMany") {
         ErrorCode::kInvalidArgument);
 }
 
+TEST_CASE("PrunedStore_InABoxAroundAVertex_HasAllFacesOfTheVertex") {
+  std::mt19937 random(12);
+  const TemporaryDirectory directory;
+  const IndexedMesh mesh = random_sphere(12, 40);
+  const std::uint64_t faces = BaseMesh::build(mesh).face_count();
+  const auto from =
+      whole_store(directory.path() / "whole", mesh, random_depths(faces, random, kLevels));
+  pruned(from, directory.path() / "pruned", 0);
+  const Store store = open(directory.path() / "pruned");
+  const Reader reader(store);
+  bool found = true;
+  for (FaceId face = 0; face < faces; ++face)
+    for (const Position& each : patch_of(store, face, store.depth(face))) {
+      const Vector3<double> at{double{each.x}, double{each.y}, double{each.z}};
+      const std::vector<FaceId> there = reader.faces_in_box({at, at});
+      found &= std::ranges::binary_search(there, face);
+    }
+  CHECK(found);
+}
+
 TEST_CASE("Prune_OfWrongRequests_IsRefusedAndLeavesNothing") {
   const TemporaryDirectory directory;
   const auto from = whole_store(directory.path() / "whole", tetrahedron(), {0, 1, 2, 4});
