@@ -42,6 +42,9 @@ std::string base_text(const Json& report) {
     text += fmt::format("  made {} times, until no small face was turned over\n",
                         number_text(report["base_meshes"]));
   text += limits_text(report);
+  if (const auto trials = report["trials"].get<std::uint64_t>(); trials > 0)
+    text += fmt::format("  base mesh {} that was tried: all points are within {:.6g}\n", trials,
+                        report["max_distance"].get<double>());
   if (const auto edges = report["crease_edges"].get<std::uint64_t>(); edges > 0)
     text += fmt::format(
         "  {} edges of the scan that turn by more than {:.4g} degrees stay sharp, with {} "
@@ -124,6 +127,7 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "\n"
            "Examples:\n"
            "  plait remesh scan.ply scan.plait --faces 10000\n"
+           "  plait remesh scan.ply scan.plait --max-distance 0.05%\n"
            "  plait remesh scan.ply scan.plait --faces 5000 --levels 4 --min-component 100 "
            "--fill-holes "
            "50\n"

@@ -103,7 +103,7 @@ class BaseSampler {
   void make_samples();
   bool has_creases() const { return creases_.edge_count > 0; }
   bool is_reached(std::uint64_t faces) const {
-    return faces <= request_.faces + 1 ||
+    return request_.max_distance || faces <= request_.faces + 1 ||
            static_cast<double>(faces) <= kMostSurplus * static_cast<double>(request_.faces);
   }
   void check_reached(std::uint64_t faces) const;

@@ -19,6 +19,7 @@
 #include "plait/store.h"
 #include "plait/store_info.h"
 #include "remesh/base_samples.h"
+#include "remesh/distance_search.h"
 #include "remesh/sampled_surface.h"
 #include "remesh/scan_attributes.h"
 #include "remesh/scan_progress.h"
@@ -38,9 +39,13 @@ constexpr std::uint64_t kMostSmallFaces = (std::uint64_t{1} << 32) / 3;
 constexpr WorkPart kSampling = {0, 700}, kWriting = {700, 760}, kWritingAttributes = {760, 800},
                    kEncoding = {800, 830}, kMeasuringStore = {830, 910},
                    kMeasuringScan = {910, 1000};
+/// Of a trial of search().
+constexpr WorkPart kTrialSampling = {0, 800}, kTrialStore = {800, 900}, kTrialScan = {900, 1000};
+constexpr double kPercent = 100;
 
 /// How many levels the small faces are finer than those of the scan.
 int levels_finer_than(std::uint64_t scan_faces, const RemeshRequest& request) {
+  if (request.max_distance) return 1;  // DistanceSearch::levels()
   int levels = 0;
   for (std::uint64_t faces = request.faces << (2 * request.levels); faces > scan_faces; faces /= 4)
     ++levels;
@@ -68,7 +73,12 @@ class ScanRun {
     check_request();
     read_scan();
     scan_tree_.emplace(scan_.positions, scan_.faces, [this] { progress_.begin("repair", 0); });
-    sampled_ = make_base_samples(request_, scan_, *scan_tree_, kSampling, progress_, report_);
+    if (request_.max_distance)
+      search();
+    else
+      sampled_ = make_base_samples(request_, scan_, *scan_tree_, kSampling, progress_, report_);
+    report_.faces_asked = request_.faces;
+    report_.levels = request_.levels;
     if (watch_.warn && report_.faces_for_creases > 0)
       watch_.warn(fmt::format(
           "remesh {}: sharp edges of the scan become round: a base mesh that "
@@ -86,13 +96,16 @@ class ScanRun {
  private:
   void check_request() const;
   void check_memory(std::uint64_t scan_faces) const;
+  void check_counts() const;
   void read_scan();
+  void search();
+  [[noreturn]] void refuse_distance(double found) const;
   void make_store();
   void write_store(const std::filesystem::path& path);
-  void measure();
+  void measure(WorkPart to_store, WorkPart to_scan, double far);
   std::string far_text() const;
 
-  const RemeshRequest& request_;
+  RemeshRequest request_;  ///< search() sets faces and levels
   const BackendRegistry& backends_;
   const JobWatch& watch_;
   ScanProgress progress_;
@@ -104,8 +117,17 @@ class ScanRun {
 };
 
 void ScanRun::check_request() const {
-  if (request_.faces < 1)
-    throw Error(ErrorCode::kInvalidArgument, "remesh: faces: expected 1 or more, found 0");
+  if (request_.faces < 1 && !request_.max_distance)
+    throw JobError(ErrorCode::kInvalidArgument,
+                   "remesh: expected a number of faces or a largest distance, found neither",
+                   "faces");
+  if (request_.max_distance && !(*request_.max_distance > 0))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("remesh: largest distance: expected more than 0, found {}",
+                            *request_.max_distance));
+  if (request_.max_distance && request_.report_samples == 0)
+    throw Error(ErrorCode::kInvalidArgument,
+                "remesh: expected 1 sample or more to measure the largest distance, found 0");
   if (request_.precision && *request_.precision != ComponentType::kFloat32 &&
       *request_.precision != ComponentType::kFloat64)
     throw Error(ErrorCode::kInvalidArgument,
@@ -114,17 +136,21 @@ void ScanRun::check_request() const {
   if (request_.levels < 1 || request_.levels > 12)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("remesh: levels: expected 1 to 12, found {}", request_.levels));
+  check_counts();
+  if (request_.options.pipeline_of && request_.options.backend != kAutomaticBackend)
+    if (const RegisteredBackend& backend = backends_.find(request_.options.backend);
+        !backend.traits.compressed)
+      throw needs_compression("remesh " + request_.scan.native(), backend);
+  UnpublishedStore::check(request_.store, request_.existing);
+}
+
+void ScanRun::check_counts() const {
   if (request_.faces > kMostSmallFaces >> (2 * request_.levels))
     throw Error(
         ErrorCode::kInvalidArgument,
         fmt::format("remesh: expected at most {} faces of the base mesh at level {}, found "
                     "{}",
                     kMostSmallFaces >> (2 * request_.levels), request_.levels, request_.faces));
-  if (request_.options.pipeline_of && request_.options.backend != kAutomaticBackend)
-    if (const RegisteredBackend& backend = backends_.find(request_.options.backend);
-        !backend.traits.compressed)
-      throw needs_compression("remesh " + request_.scan.native(), backend);
-  UnpublishedStore::check(request_.store, request_.existing);
 }
 
 void ScanRun::check_memory(std::uint64_t scan_faces) const {
@@ -179,7 +205,10 @@ void ScanRun::make_store() {
                  [&](const std::filesystem::path& path) {
                    write_store(path);
                    report_.write_seconds = clock.seconds();
-                   measure();
+                   if (request_.report_samples > 0 && !request_.max_distance) {
+                     measure(kMeasuringStore, kMeasuringScan, kFarEdges * report_.mean_edge);
+                     if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
+                   }
                    progress_.begin("publish", 1000);
                  });
 }
@@ -203,24 +232,62 @@ void ScanRun::write_store(const std::filesystem::path& path) {
   store.close();
 }
 
-void ScanRun::measure() {
+void ScanRun::search() {
+  const double limit =
+      *request_.max_distance * (request_.max_distance_is_percent ? report_.diagonal / kPercent : 1);
+  report_.max_distance = limit;
+  DistanceSearch search(scan_.faces.size(), request_.faces, request_.levels);
+  // How many trials it will be is not known. Each takes half of the work that is left.
+  for (WorkPart left = kSampling;; left = left.nth(1, 2)) {
+    const WorkPart now = left.nth(0, 2);
+    request_.faces = search.faces();
+    request_.levels = search.levels();
+    check_counts();
+    check_memory(scan_.faces.size());
+    ++report_.trials;
+    report_.base_meshes = 0;
+    sampled_ =
+        make_base_samples(request_, scan_, *scan_tree_, now.of(kTrialSampling), progress_, report_);
+    measure(now.of(kTrialStore), now.of(kTrialScan), limit);
+    const double found = std::max(report_.to_store.max, report_.to_scan.max);
+    if (found <= limit) return;
+    if (!search.next(found / limit)) refuse_distance(found);
+  }
+}
+
+void ScanRun::refuse_distance(double found) const {
+  std::string places;
+  for (const Distances* const direction : {&report_.to_store, &report_.to_scan})
+    for (const FarPlace& place : direction->far_places)
+      places += fmt::format("{} ({:.6g}, {:.6g}, {:.6g}): {:.3g}", places.empty() ? "" : ",",
+                            place.at.x, place.at.y, place.at.z, place.distance);
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("remesh {}: expected no point farther than {:.6g}, found {:.6g} with the "
+                  "last of {} base meshes, which has {} faces and the scan {}, around{}: "
+                  "take a larger distance{}",
+                  request_.scan.native(), report_.max_distance, found, report_.trials,
+                  report_.base.faces, report_.scan.faces, places,
+                  report_.precision == ComponentType::kFloat32 ? " or --precision float64" : ""));
+}
+
+void ScanRun::measure(WorkPart to_store, WorkPart to_scan, double far) {
   const Stopwatch clock;
-  if (request_.report_samples == 0) return;
   const IndexedMesh small = small_triangles(sampled_.surface);
   const TriangleSet scan{scan_.positions, scan_.faces}, store{small.positions, small.faces};
   const TriangleTree store_tree(store.positions, store.faces,
-                                [this] { progress_.begin("distances", kMeasuringStore.first); });
+                                [&] { progress_.begin("distances", to_store.first); });
   report_.to_store = measure_distances(scan, store_tree, store,
                                        {.samples = request_.report_samples,
-                                        .far = kFarEdges * report_.mean_edge,
+                                        .far = far,
                                         .phase = "distance to the store",
-                                        .progress = progress_.during(kMeasuringStore)});
-  if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
+                                        .progress = progress_.during(to_store)});
   report_.to_scan = measure_distances(store, *scan_tree_, scan,
                                       {.samples = request_.report_samples,
+                                       .far = far,
                                        .phase = "distance to the scan",
-                                       .progress = progress_.during(kMeasuringScan)});
-  report_.report_seconds = clock.seconds();
+                                       .progress = progress_.during(to_scan)});
+  report_.report_seconds += clock.seconds();
 }
 
 /// The parts of the scan that are far from the store, and what helps.

@@ -23,8 +23,14 @@ PLAIT_BEGIN_NAMESPACE
 struct RemeshRequest {
   std::filesystem::path scan;   ///< a mesh file, as read_attributed_mesh() reads it
   std::filesystem::path store;  ///< gets its name when it is complete
-  std::uint64_t faces = 0;  ///< of the base mesh, at most (one more for a closed surface, or 5 %)
-  int levels = 3;           ///< 1 or more
+  /// Of the base mesh, at most (one more for a closed surface, or 5 %). With max_distance, the base
+  /// mesh that is tried first; 0: a thousandth of the scan's.
+  std::uint64_t faces = 0;
+  int levels = 3;  ///< 1 or more; with max_distance, at most
+  /// Base meshes of more and more faces are made, up to the scan, until no point of the report in
+  /// either direction is farther. In units of the scan, or in percent of its diagonal.
+  std::optional<double> max_distance = {};
+  bool max_distance_is_percent = false;
   SurfaceRepairOptions repair = {};
   /// float32 or float64. Not set: float32, but float64 if float32 moved a vertex of the scan by
   /// more than a thousandth of the shortest edge there.
@@ -76,6 +82,10 @@ struct RemeshReport {
   std::uint64_t relaxed_samples = 0;  ///< moved by relax()
   std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()
   std::uint64_t folds = 0;        ///< edges of small triangles (sample/folds.h)
+  std::uint64_t faces_asked = 0;  ///< of the last base mesh
+  int levels = 0;                 ///< of the store
+  double max_distance = 0;        ///< in units of the scan; 0: none was asked for
+  std::uint64_t trials = 0;       ///< base meshes that max_distance needed
   std::uint64_t base_meshes = 0;  ///< that were tried; more than one only with refuse_turned
   BaseShape shape;
   AreaSpread area_spread;
@@ -101,7 +111,8 @@ struct RemeshReport {
 /// The same scan and request give the same bits for any number of threads. Memory: about 200 bytes
 /// for each face of the scan and 140 for each small face, and the budget. Errors: those of
 /// read_attributed_mesh(), repair() and Store::create(); kInvalidArgument for counts that do not
-/// fit, for a base mesh of more than 1.05 times the faces asked for, and with refuse_turned;
+/// fit, for a base mesh of more than 1.05 times the faces asked for, with refuse_turned, and with
+/// max_distance if no base mesh comes within it;
 /// kOutOfMemory before the work begins; kCancelled. Pinned by tests/jobs/remesh_test.cpp.
 RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
                     const JobWatch& watch = {});

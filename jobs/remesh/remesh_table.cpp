@@ -1,4 +1,6 @@
 // The job "remesh".
+#include <limits>
+
 #include "job.h"
 #include "job_rules.h"
 #include "remesh/remesh.h"
@@ -22,7 +24,9 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                     {"repairs", repairs_json(report.repairs)},
                     {"scan_figures", figures_json(report.scan)},
                     {"base_figures", figures_json(report.base)},
-                    {"faces_asked", request.faces},
+                    {"faces_asked", report.faces_asked},
+                    {"max_distance", report.max_distance},
+                    {"trials", report.trials},
                     {"edges_kept_by_topology", report.kept_by_topology},
                     {"edges_kept_by_shape", report.kept_by_shape},
                     {"base_quality",
@@ -31,7 +35,7 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                       {"median", report.shape.median_quality}}},
                     {"largest_valence", report.shape.largest_valence},
                     {"base_meshes", report.base_meshes},
-                    {"levels", request.levels},
+                    {"levels", report.levels},
                     {"vertices", report.vertices},
                     {"faces", report.small_faces},
                     {"feature_angle", report.feature_angle},
@@ -86,11 +90,22 @@ Job remesh_job() {
       .at(0)
       .required();
   table.output("output", &RemeshArguments::store, "The store to make: NAME.plait").at(1).required();
+  table.count("faces", &RemeshArguments::faces, 1, std::uint64_t{1} << 30,
+              "Faces of the base mesh, at most; with --max-distance, of the first that is tried");
+  table.count("levels", &RemeshArguments::levels, 1, 12,
+              "The finest level; with --max-distance, at most");
   table
-      .count("faces", &RemeshArguments::faces, 1, std::uint64_t{1} << 30,
-             "Faces of the base mesh, at most")
-      .required();
-  table.count("levels", &RemeshArguments::levels, 1, 12, "The finest level");
+      .named(
+          "max-distance",
+          [](RemeshRequest& request, const std::string& text) {
+            request.max_distance_is_percent = text.ends_with('%');
+            const std::size_t digits = text.size() - (request.max_distance_is_percent ? 1 : 0);
+            request.max_distance =
+                parse_number(text.substr(0, digits), 0, std::numeric_limits<double>::max());
+          },
+          "Take as many faces as bring every point of the report so near, in units of INPUT or in "
+          "percent of its diagonal")
+      .shown_as("D[%]");
   table.count(
       "min-component",
       [](RemeshArguments & request) -> auto& { return request.repair.min_component; }, 0,

@@ -147,7 +147,8 @@ def _default(option):
 def _signature(described):
     by_place = [option for option in described["options"] if option["position"] >= 0]
     by_place += sorted((option for option in described["options"] if option["position"] < 0
-                        and (option["required"] or option["name"] in _BY_PLACE)),
+                        and (option["required"]
+                             or (option["name"] in _BY_PLACE and option["kind"] == "count"))),
                        key=lambda option: not option["required"])
     by_name = [option for option in described["options"] if option not in by_place]
     last = max(at for at, option in enumerate(by_place) if option["required"])
@@ -162,7 +163,7 @@ def _signature(described):
     return inspect.Signature(parameters)
 
 
-_BY_PLACE = ("levels", "level")  # options that may also be given without their names
+_BY_PLACE = ("faces", "levels", "level")  # counts that may also be given without their names
 
 
 def _text(value):
