@@ -195,9 +195,9 @@ TEST_CASE("Subdivide_ThatFailsInItsSurface_KeepsTheNormalsThatAreThereAndCommits
       CAPTURE(to_string(executor), has_normals);
       Made made("pread");
       if (has_normals)
-        std::ranges::fill((*made).base_records<std::uint16_t>(
-                              (*made).add_attribute({"normal", ComponentType::kUint16, 1})),
-                          std::uint16_t{7});
+        std::ranges::fill((*made).base_records<Vector3<float>>(
+                              (*made).add_attribute(schema_of<Vector3<float>>("normal"))),
+                          Vector3<float>{7, 7, 7});
       (*made).commit();
       const std::vector<std::byte> before = seen(*made);
       SubdivideOptions what{.executor = executor, .levels = 2, .normals = true, .limit = true};
@@ -208,7 +208,7 @@ TEST_CASE("Subdivide_ThatFailsInItsSurface_KeepsTheNormalsThatAreThereAndCommits
       CHECK((*made).has_attribute("normal") == has_normals);
       CHECK_FALSE((*made).has_attribute("limit"));
       if (has_normals)
-        CHECK(std::as_const(*made).base_records<std::uint16_t>((*made).attribute("normal"))[0] ==
+        CHECK(std::as_const(*made).base_records<Vector3<float>>((*made).attribute("normal"))[0].x ==
               7);
       CHECK(error_of([&] { (*made).commit(); }).code() == ErrorCode::kBadState);
       (*made).roll_back();
