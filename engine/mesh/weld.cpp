@@ -32,8 +32,8 @@ class CellGrid {
     VertexId found = kNoId;
     double least = width_ * width_;
     for (int number = 0; number < 27; ++number) {
-      const Cell near = {cell[0] + number % 3 - 1, cell[1] + number / 3 % 3 - 1,
-                         cell[2] + number / 9 - 1};
+      const int row = number / 3, layer = number / 9;
+      const Cell near = {cell[0] + number % 3 - 1, cell[1] + row % 3 - 1, cell[2] + layer - 1};
       const auto first = first_.find(near);
       if (first == first_.end()) continue;
       for (VertexId other = first->second; other != kNoId; other = next_[other]) {
@@ -158,6 +158,7 @@ std::uint64_t seam_vertices_of(const BaseMesh& mesh) {
   std::ranges::sort(on_border);
   on_border.erase(std::unique(on_border.begin(), on_border.end()), on_border.end());
   std::vector<Vector3<double>> positions;
+  positions.reserve(on_border.size());
   for (const VertexId vertex : on_border) positions.push_back(mesh.positions()[vertex]);
   std::iota(on_border.begin(), on_border.end(), VertexId{0});
   return coinciding_vertices(positions, on_border);

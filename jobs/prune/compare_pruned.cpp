@@ -69,7 +69,8 @@ PrunedComparison compare_pruned(const Store& pruned, const Store& whole,
   for (const AttributeInfo& info : pruned.attributes())
     total += edges * static_cast<std::uint64_t>(info.finest_level - pruned.base_level());
   for (AttributeId id = 0; id < pruned.attributes().size(); ++id) {
-    const auto& [schema, finest] = pruned.attributes()[id];
+    const AttributeSchema& schema = pruned.attributes()[id].schema;
+    const int finest = pruned.attributes()[id].finest_level;
     const auto differ = [&](const std::string& where) {
       result.difference = fmt::format("attribute '{}' {}", schema.name, where);
       return result;

@@ -81,8 +81,8 @@ PruneResult prune(const PruneRequest& request, const BackendRegistry& source_bac
       if (request.vertices == 0) result.tolerance = found.tolerance;
       result.distance = found.distance;
     }
-    for (const std::uint8_t depth : depths)
-      ++result.faces_of_level[static_cast<std::size_t>(source.base_level() + depth)];
+    const auto base_level = static_cast<std::size_t>(source.base_level());
+    for (const std::uint8_t depth : depths) ++result.faces_of_level[base_level + depth];
     return source.base().with_depths(std::move(depths));
   };
   result.copy = convert(copy, source_backends, backends, watch);

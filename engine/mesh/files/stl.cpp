@@ -30,9 +30,9 @@ std::uint32_t load_word(const Input& input, std::size_t at) {
 }
 
 bool has_word(std::string_view text, std::string_view word) {
-  return std::ranges::search(text, word, [](char a, char b) {
+  return std::search(text.begin(), text.end(), word.begin(), word.end(), [](char a, char b) {
            return std::tolower(static_cast<unsigned char>(a)) == b;
-         }).begin() != text.end();
+         }) != text.end();
 }
 
 /// A binary file has bytes in its first facet that no text has: numbers of a normal are 0 or have
