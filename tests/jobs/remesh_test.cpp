@@ -23,6 +23,7 @@
 #include "remesh_files.h"
 #include "support/error_of.h"
 #include "support/real_meshes.h"
+#include "support/sanitized.h"
 #include "support/shuffled_mesh.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -502,6 +503,8 @@ TEST_CASE("Remesh_WhatCannotBe_IsRefusedAndLeavesNothing") {
 }
 
 TEST_CASE("Remesh_RealScans_StayWithinTheirDistances") {
+  // Minutes under a sanitizer, for the same steps as the shapes above.
+  if (unless_sanitized(false, true)) return;
   // What the command reached, in percent of the diagonal, and a quarter more.
   struct Scan {
     const char* name;
