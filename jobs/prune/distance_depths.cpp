@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <span>
 #include <utility>
 
 #include "conversion/read_back.h"
+#include "distance/distances.h"
 #include "option_text.h"
 #include "plait/error.h"
 #include "plait/reader.h"
@@ -18,21 +18,11 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-double diagonal_of(const BaseMesh& base) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Vector3<double> low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
-  for (const Vector3<double>& at : base.positions())
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], at[axis]);
-      high[axis] = std::max(high[axis], at[axis]);
-    }
-  return std::hypot(high.x - low.x, high.y - low.y, high.z - low.z);
-}
-
 double tolerance_of(const BaseMesh& base, const std::string& text) {
   constexpr double kMost = std::numeric_limits<double>::max();
   if (text.empty() || text.back() != '%') return parse_number(text, 0, kMost);
-  return parse_number(text.substr(0, text.size() - 1), 0, kMost) / 100 * diagonal_of(base);
+  return parse_number(text.substr(0, text.size() - 1), 0, kMost) / 100 *
+         diagonal_of(TriangleSet{base.positions(), base.faces()});
 }
 
 /// The depths while they are looked for.
@@ -180,10 +170,6 @@ class DepthSearch {
   std::vector<std::uint8_t> depths_;
   std::vector<double> distances_;
 };
-
-}  // namespace
-
-namespace {
 
 /// `run` gets a DepthSearch.
 template <class Run>

@@ -62,8 +62,7 @@ Job prune_job() {
   table.text("backend", copy(&ConversionRequest::backend),
              "The backend of the copy (see below); auto: chosen by its size; default: as in INPUT");
   table.compress(&PruneArguments::compress);
-  table.bytes("block", copy(&ConversionRequest::block_bytes),
-              "Unit of I/O, a power of two; default: as in INPUT");
+  table.bytes("block", copy(&ConversionRequest::block_bytes), std::string(kBlockOfCopyHelp));
   table.flag("no-index", copy(&ConversionRequest::no_index), std::string(kNoIndexHelp));
   table.bytes("memory", copy(&ConversionRequest::budget_bytes),
               "Budget for blocks in memory, half of it for each store");
