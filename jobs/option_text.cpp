@@ -92,6 +92,12 @@ double parse_number(std::string_view text, double first, double last) {
   return value;
 }
 
+RelativeLength parse_relative_length(std::string_view text) {
+  const bool is_percent = text.ends_with('%');
+  if (is_percent) text.remove_suffix(1);
+  return {parse_number(text, 0, std::numeric_limits<double>::max()), is_percent};
+}
+
 void require_extension(std::string_view verb, const std::filesystem::path& path,
                        std::string_view extension) {
   if (lower_extension(path) != extension)

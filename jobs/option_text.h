@@ -22,6 +22,16 @@ std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std
 /// A number from `first` to `last`. Errors: kInvalidArgument for anything else.
 double parse_number(std::string_view text, double first, double last);
 
+/// A length, or a part of a diagonal in percent.
+struct RelativeLength {
+  double number = 0;
+  bool is_percent = false;
+
+  double of(double diagonal) const { return is_percent ? number / 100 * diagonal : number; }
+};
+/// "0.5" or "0.05%". Errors: kInvalidArgument for anything else, and for a number below 0.
+RelativeLength parse_relative_length(std::string_view text);
+
 /// Throws kInvalidArgument unless `path` ends in `extension`, in upper or lower case. `extension`
 /// is in lower case. The message begins with `verb`.
 void require_extension(std::string_view verb, const std::filesystem::path& path,

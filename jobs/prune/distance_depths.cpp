@@ -9,7 +9,6 @@
 
 #include "conversion/read_back.h"
 #include "distance/distances.h"
-#include "option_text.h"
 #include "plait/error.h"
 #include "plait/reader.h"
 #include "prune/balance.h"
@@ -17,13 +16,6 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-double tolerance_of(const BaseMesh& base, const std::string& text) {
-  constexpr double kMost = std::numeric_limits<double>::max();
-  if (text.empty() || text.back() != '%') return parse_number(text, 0, kMost);
-  return parse_number(text.substr(0, text.size() - 1), 0, kMost) / 100 *
-         diagonal_of(TriangleSet{base.positions(), base.faces()});
-}
 
 /// The depths while they are looked for.
 template <class Real>
@@ -197,9 +189,10 @@ DistanceDepths search(const Store& store, double tolerance, int balance, const J
 
 }  // namespace
 
-DistanceDepths depths_by_distance(const Store& store, const std::string& text, int balance,
+DistanceDepths depths_by_distance(const Store& store, const RelativeLength& wanted, int balance,
                                   const JobWatch& watch) {
-  const double tolerance = tolerance_of(store.base(), text);
+  const double tolerance =
+      wanted.of(diagonal_of(TriangleSet{store.base().positions(), store.base().faces()}));
   DistanceDepths result =
       search(store, tolerance, balance, watch, [](auto&& depths) { return depths.run(); });
   result.tolerance = tolerance;

@@ -53,7 +53,7 @@ std::uint64_t vertices_of(const Store& store) {
 
 PruneResult prune(const PruneRequest& request, const BackendRegistry& source_backends,
                   const BackendRegistry& backends, const JobWatch& watch) {
-  const int choices = (request.depth_by.empty() ? 0 : 1) + (request.max_distance.empty() ? 0 : 1) +
+  const int choices = (request.depth_by.empty() ? 0 : 1) + (request.max_distance ? 1 : 0) +
                       (request.vertices == 0 ? 0 : 1);
   if (choices != 1)
     throw Error(ErrorCode::kInvalidArgument,
@@ -75,7 +75,7 @@ PruneResult prune(const PruneRequest& request, const BackendRegistry& source_bac
       DistanceDepths found =
           request.vertices > 0
               ? depths_by_vertices(source, request.vertices, request.balance, watch)
-              : depths_by_distance(source, request.max_distance, request.balance, watch);
+              : depths_by_distance(source, *request.max_distance, request.balance, watch);
       depths = std::move(found.depths);
       result.raised = found.raised;
       if (request.vertices == 0) result.tolerance = found.tolerance;

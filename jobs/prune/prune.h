@@ -8,6 +8,7 @@
 #include <string>
 
 #include "conversion/conversion_job.h"
+#include "option_text.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/edge_index.h"
 
@@ -17,9 +18,9 @@ PLAIT_BEGIN_NAMESPACE
 struct PruneRequest {
   /// The face attribute that has the finest level of each face.
   std::string depth_by = {};
-  /// The largest distance of a vertex of the finest level from what is drawn: a length, or with a
-  /// % sign a part of the diagonal of the base mesh's box.
-  std::string max_distance = {};
+  /// The largest distance of a vertex of the finest level from what is drawn: a length, or a part
+  /// of the diagonal of the base mesh's box.
+  std::optional<RelativeLength> max_distance = {};
   std::uint64_t vertices = 0;  ///< the most vertices that are left; 0: not said
   /// Faces are made deeper until neighbours differ by at most this many levels; 0: they stay.
   int balance = 1;

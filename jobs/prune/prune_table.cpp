@@ -47,9 +47,13 @@ Job prune_job() {
   table.path("input", copy(&ConversionRequest::from), "The store to copy").at(0).required();
   table.output("output", copy(&ConversionRequest::to), "The store to make").at(1).required();
   table
-      .text("max-distance", &PruneArguments::max_distance,
-            "Faces are so deep that no vertex of the finest level is farther from what is drawn: a "
-            "length, or with % a part of the diagonal")
+      .named(
+          "max-distance",
+          [](PruneRequest& request, const std::string& text) {
+            request.max_distance = parse_relative_length(text);
+          },
+          "Faces are so deep that no vertex of the finest level is farther from what is drawn: a "
+          "length, or with % a part of the diagonal")
       .shown_as("D[%]");
   table.count("vertices", &PruneArguments::vertices, 1, std::uint64_t{1} << 62,
               "At most N vertices are left: those with which the distance is smallest");

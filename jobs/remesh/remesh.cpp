@@ -41,7 +41,6 @@ constexpr WorkPart kSampling = {0, 700}, kWriting = {700, 760}, kWritingAttribut
                    kMeasuringScan = {910, 1000};
 /// Of a trial of search().
 constexpr WorkPart kTrialSampling = {0, 800}, kTrialStore = {800, 900}, kTrialScan = {900, 1000};
-constexpr double kPercent = 100;
 
 /// How many levels the small faces are finer than those of the scan.
 int levels_finer_than(std::uint64_t scan_faces, const RemeshRequest& request) {
@@ -121,10 +120,10 @@ void ScanRun::check_request() const {
     throw JobError(ErrorCode::kInvalidArgument,
                    "remesh: expected a number of faces or a largest distance, found neither",
                    "faces");
-  if (request_.max_distance && !(*request_.max_distance > 0))
+  if (request_.max_distance && !(request_.max_distance->number > 0))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("remesh: largest distance: expected more than 0, found {}",
-                            *request_.max_distance));
+                            request_.max_distance->number));
   if (request_.max_distance && request_.report_samples == 0)
     throw Error(ErrorCode::kInvalidArgument,
                 "remesh: expected 1 sample or more to measure the largest distance, found 0");
@@ -233,8 +232,7 @@ void ScanRun::write_store(const std::filesystem::path& path) {
 }
 
 void ScanRun::search() {
-  const double limit =
-      *request_.max_distance * (request_.max_distance_is_percent ? report_.diagonal / kPercent : 1);
+  const double limit = request_.max_distance->of(report_.diagonal);
   report_.max_distance = limit;
   DistanceSearch search(scan_.faces.size(), request_.faces, request_.levels);
   // How many trials it will be is not known. Each takes half of the work that is left.

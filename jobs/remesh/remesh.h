@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "distance/distances.h"
+#include "option_text.h"
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
 #include "plait/existing.h"
@@ -28,9 +29,8 @@ struct RemeshRequest {
   std::uint64_t faces = 0;
   int levels = 3;  ///< 1 or more; with max_distance, at most
   /// Base meshes of more and more faces are made, up to the scan, until no point of the report in
-  /// either direction is farther. In units of the scan, or in percent of its diagonal.
-  std::optional<double> max_distance = {};
-  bool max_distance_is_percent = false;
+  /// either direction is farther: a length, or a part of the scan's diagonal.
+  std::optional<RelativeLength> max_distance = {};
   SurfaceRepairOptions repair = {};
   /// float32 or float64. Not set: float32, but float64 if float32 moved a vertex of the scan by
   /// more than a thousandth of the shortest edge there.

@@ -1,6 +1,4 @@
 // The job "remesh".
-#include <limits>
-
 #include "job.h"
 #include "job_rules.h"
 #include "remesh/remesh.h"
@@ -98,10 +96,7 @@ Job remesh_job() {
       .named(
           "max-distance",
           [](RemeshRequest& request, const std::string& text) {
-            request.max_distance_is_percent = text.ends_with('%');
-            const std::size_t digits = text.size() - (request.max_distance_is_percent ? 1 : 0);
-            request.max_distance =
-                parse_number(text.substr(0, digits), 0, std::numeric_limits<double>::max());
+            request.max_distance = parse_relative_length(text);
           },
           "Take as many faces as bring every point of the report so near, in units of INPUT or in "
           "percent of its diagonal")

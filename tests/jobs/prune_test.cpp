@@ -79,7 +79,7 @@ PruneResult pruned(const std::filesystem::path& from, const std::filesystem::pat
   if (max_distance.empty())
     request.depth_by = "depth";
   else
-    request.max_distance = max_distance;
+    request.max_distance = parse_relative_length(max_distance);
   request.balance = balance;
   request.copy.from = from;
   request.copy.to = to;

@@ -427,8 +427,7 @@ TEST_CASE("Remesh_LargestDistance_IsKeptOrRefusedWithPlaces") {
   const RemeshFiles files;
   write_ply(files.scan, torus_grid(80, 60));
   RemeshRequest request = files.request(0);
-  request.max_distance = 0.2;
-  request.max_distance_is_percent = true;
+  request.max_distance = RelativeLength{.number = 0.2, .is_percent = true};
   request.digest = true;
   std::uint64_t last = 0;
   const JobWatch watch{.progress = [&](const Progress& now) {
@@ -445,8 +444,7 @@ TEST_CASE("Remesh_LargestDistance_IsKeptOrRefusedWithPlaces") {
   CHECK(files.open().base().face_count() == report.base.faces);
 
   // The same distance in units, from the base mesh that was found.
-  request.max_distance = report.max_distance;
-  request.max_distance_is_percent = false;
+  request.max_distance = RelativeLength{.number = report.max_distance};
   request.faces = report.faces_asked;
   request.threads = 1;
   const RemeshReport again = files.run(request);
@@ -458,7 +456,7 @@ TEST_CASE("Remesh_LargestDistance_IsKeptOrRefusedWithPlaces") {
   std::filesystem::remove_all(files.store);
   request.faces = 0;
   request.precision = ComponentType::kFloat32;
-  request.max_distance = 1e-12;
+  request.max_distance = RelativeLength{.number = 1e-12};
   const std::string text = error_of([&] { files.run(request); }).what();
   CHECK_THAT(text, Catch::Contains("which has 800 faces and the scan 800, around (") &&
                        Catch::Contains("--precision float64"));
@@ -479,9 +477,11 @@ TEST_CASE("Remesh_WhatCannotBe_IsRefusedAndLeavesNothing") {
     CHECK(!fs::exists(files.store));
   };
   refused([](RemeshRequest& r) { r.faces = 0; }, ErrorCode::kInvalidArgument, "faces");
-  refused([](RemeshRequest& r) { r.max_distance = 0; }, ErrorCode::kInvalidArgument, "more than 0");
-  refused([](RemeshRequest& r) { r.max_distance = 1, r.report_samples = 0; },
-          ErrorCode::kInvalidArgument, "1 sample or more");
+  refused([](RemeshRequest& r) { r.max_distance = RelativeLength{}; }, ErrorCode::kInvalidArgument,
+          "more than 0");
+  refused(
+      [](RemeshRequest& r) { r.max_distance = RelativeLength{.number = 1}, r.report_samples = 0; },
+      ErrorCode::kInvalidArgument, "1 sample or more");
   refused([](RemeshRequest& r) { r.levels = 13; }, ErrorCode::kInvalidArgument, "levels");
   refused([](RemeshRequest& r) { r.threads = -1; }, ErrorCode::kInvalidArgument, "threads");
   // The corners of the small faces have numbers of 32 bits.
