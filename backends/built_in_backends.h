@@ -35,8 +35,9 @@ std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
 constexpr BackendTraits kMmapTraits{
     .durable = true, .maps_for_reading = true, .overwrites_in_place = true, .moves_runs = true};
 
-/// Errors: as open_fixed_file; kIo if the file cannot be mapped.
-std::unique_ptr<Backend> open_mmap_backend(const LevelSpec& level);
+/// Where the file system maps no files, pread stands in, and the volume says so. Errors of levels:
+/// as open_fixed_file; kIo if the file cannot be mapped for another reason.
+std::unique_ptr<Volume> open_mmap_volume(const VolumeSpec& volume);
 
 // Encodes each block with a pipeline and stores it in an
 // extent as long as the result. A level file consists of such extents, in the order in which they

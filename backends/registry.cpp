@@ -15,8 +15,8 @@ BackendRegistry default_backends(const PipelineRegistry& pipelines) {
                 open_each_level(open_pread_backend)});
   registry.add({"uring", "raw files past the page cache, by io_uring and O_DIRECT (Linux)",
                 kUringTraits, open_uring_volume});
-  registry.add({"mmap", "raw files, mapped when they are only read", kMmapTraits,
-                open_each_level(open_mmap_backend)});
+  registry.add(
+      {"mmap", "raw files, mapped when they are only read", kMmapTraits, open_mmap_volume});
   registry.add(compressed_backend(pipelines));
   registry.set_chooser([](const BackendRegistry& backends, const NewStore& store) {
     return choose_backend(backends, store);

@@ -4,8 +4,14 @@
 #include <boost/interprocess/exceptions.hpp>
 #include <boost/interprocess/mapped_region.hpp>
 #include <cerrno>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "base/caught.h"
+#include "blocks/telling_volume.h"
 #include "built_in_backends.h"
 #include "io/file_operations.h"
 #include "io/system_call.h"
@@ -24,17 +30,30 @@ struct OpenedFile {
   interprocess::mapping_handle_t get_mapping_handle() const { return {descriptor, false}; }
 };
 
+/// The file system maps no files, as some of FUSE and 9p do.
+class CannotMap : public Error {
+ public:
+  explicit CannotMap(const Error& error) : Error(error) {}
+};
+
+[[noreturn]] void throw_unmapped(const File& file, std::uint64_t bytes, int error,
+                                 const std::string& why) {
+  const Error failure =
+      Error(ErrorCode::kIo, fmt::format("map {}: {} bytes: {}", file.path().native(), bytes, why))
+          .about(file.path());
+  if (error == ENODEV || error == ENOSYS || error == EOPNOTSUPP) throw CannotMap(failure);
+  throw failure;
+}
+
 interprocess::mapped_region map_file(const File& file, std::uint64_t bytes) {
   if (bytes == 0) return {};
   if (const int error = before_operation({FileOperation::Kind::kMap, file.path()}).error;
       error != 0)
-    throw system_error("map", file.path().native(), error);
+    throw_unmapped(file, bytes, error, std::generic_category().message(error));
   try {
     return {OpenedFile{file.descriptor()}, interprocess::read_only, 0, bytes};
   } catch (const interprocess::interprocess_exception& failure) {
-    throw Error(ErrorCode::kIo,
-                fmt::format("map {}: {} bytes: {}", file.path().native(), bytes, failure.what()))
-        .about(file.path());
+    throw_unmapped(file, bytes, failure.get_native_error(), failure.what());
   }
 }
 
@@ -142,11 +161,33 @@ class MappedLevel final : public Backend {
   interprocess::mapped_region region_;
 };
 
+class MmapVolume final : public Volume, public TellingVolume {
+ public:
+  std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
+    if (level.mode != OpenMode::kRead) return open_pread_backend(level);
+    try {
+      return std::make_unique<MappedLevel>(level);
+    } catch (const CannotMap& error) {
+      const std::scoped_lock lock(mutex_);
+      if (notice_.empty())
+        notice_ = std::string(error.what()) + "; using pread instead, whose files are the same";
+    }
+    return open_pread_backend(level);
+  }
+  std::vector<std::string> notices() const override {
+    const std::scoped_lock lock(mutex_);
+    return notice_.empty() ? std::vector<std::string>() : std::vector{notice_};
+  }
+
+ private:
+  mutable std::mutex mutex_;  ///< of notice_
+  std::string notice_;        ///< of the first level that could not be mapped
+};
+
 }  // namespace
 
-std::unique_ptr<Backend> open_mmap_backend(const LevelSpec& level) {
-  if (level.mode == OpenMode::kRead) return std::make_unique<MappedLevel>(level);
-  return open_pread_backend(level);
+std::unique_ptr<Volume> open_mmap_volume(const VolumeSpec&) {
+  return std::make_unique<MmapVolume>();
 }
 
 PLAIT_END_NAMESPACE

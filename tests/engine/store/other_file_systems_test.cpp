@@ -1,15 +1,19 @@
-// Stores on file systems without locks.
+// Stores on file systems without locks, and on those that map no files.
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <filesystem>
 #include <string>
 
+#include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/notices.h"
 #include "plait/notes.h"
+#include "plait/reader.h"
 #include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/verify.h"
 #include "support/answering_operations.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -18,9 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Store made_store(const fs::path& path) {
+Store made_store(const fs::path& path, const char* backend = "pread") {
   StoreOptions options;
-  options.backend = "pread";
+  options.backend = backend;
   Store store = Store::create(path, BaseMesh::build(tetrahedron()), options, default_backends());
   store.add_level(store.add_attribute(schema_of<float>("value")));
   store.commit();
@@ -33,6 +37,27 @@ void commit_another(Store& store) {
 }
 
 }  // namespace
+
+TEST_CASE("MmapStore_WhereNoFileIsMapped_IsReadByPreadAndSaysSo") {
+  const TemporaryDirectory here;
+  const fs::path path = here.path() / "s.plait";
+  const Digest expected = digest(made_store(path, "mmap"));
+  for (const int error : {ENODEV, ENOSYS, EOPNOTSUPP}) {
+    CAPTURE(error);
+    const AnsweringOperations hook(FileOperation::Kind::kMap, error);
+    const Store store = Store::open(path, {}, default_backends());
+    REQUIRE(notices(store).size() == 1);
+    CHECK_THAT(notices(store)[0],
+               Catch::Contains("map " + path.native()) && Catch::Contains("; using pread instead"));
+    CHECK(digest(store) == expected);
+    CHECK(verify(store).damaged.empty());
+    const Reader reader(store);
+    const PinnedVertices pinned = reader.pin_vertices("value", 1, 0, 3);
+    CHECK(pinned.bytes().size() == 3 * sizeof(float));
+  }
+  const AnsweringOperations hook(FileOperation::Kind::kMap, EACCES);
+  CHECK(error_of([&] { Store::open(path, {}, default_backends()); }).code() == ErrorCode::kIo);
+}
 
 TEST_CASE("StoreWithoutLocks_IsReadAndWrittenAndSaysWhatIsMissing") {
   for (const int error : {ENOLCK, ENOSYS, EOPNOTSUPP}) {
