@@ -96,7 +96,8 @@ void add_lists(CommandLine& command, PlanRequest& request) {
           if (bytes < 4096 || bytes > (1u << 30) || (bytes & (bytes - 1)) != 0)
             throw Error(ErrorCode::kInvalidArgument, "expected powers of two from 4KiB to 1GiB");
       },
-      "Block sizes with commas; default 1MiB, or less if --memory is below 64MiB");
+      "Block sizes with commas; default 64KiB, 256KiB with a backend that compresses, less where "
+      "the budget has no room for 16");
   command.add_parsed_option(
       "--threads",
       [&](const std::string& text) {
