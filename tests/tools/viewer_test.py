@@ -513,13 +513,13 @@ class Test:
 
     def flight(self):
         """A flight at 60 pictures a second, each fiftieth drawn, in a memory that is too small for the store."""
-        self.plait("subdivide", "closed.ply", "deep.plait", "--levels", "5", "--normals")
+        self.plait("subdivide", "closed.ply", "deep.plait", "--levels", "6", "--normals")
         self.plait("publish", "deep.plait", "deep", "--page")
         pictures = 7200 if LONG_FLIGHT else 900
         answer = self.shown("deep", """
             const pictures = %d, { view, gpu, camera } = plait;
             plait.animate = true;
-            plait.pixelError = 0.3;
+            plait.pixelError = 0.1;
             let mostPages = 0, mostRequests = 0, stray = 0, heap = 0;
             for (let k = 0; k < pictures; ++k) {
               const t = k / 60;
