@@ -14,6 +14,7 @@
 #include "plait/progress.h"
 #include "plait/reader.h"
 #include "plait/store.h"
+#include "publish/served_store.h"
 
 namespace plait::c {
 
@@ -70,6 +71,13 @@ struct plait_view {
 
   plait::PatchView own;
   const plait::PatchView* patch;
+};
+
+struct plait_served {
+  plait_served(plait::Store& store, const plait::ProgressCallback& progress)
+      : files(store, progress) {}
+
+  plait::ServedStore files;
 };
 
 /// Records that stay at their addresses.

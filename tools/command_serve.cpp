@@ -20,8 +20,8 @@
 #include "plait/error.h"
 #include "plait/store.h"
 #include "progress.h"
+#include "publish/served_store.h"
 #include "serve/http_server.h"
-#include "serve/served_store.h"
 
 namespace plait {
 namespace {

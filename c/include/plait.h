@@ -11,8 +11,9 @@
  *
  * Lifetimes: the program ends each handle once: a store by plait_store_close() or
  * plait_store_release(), a reader by plait_reader_close(), a view by plait_view_release(), a patch
- * writer by plait_patch_writer_close(). These calls accept NULL. A pointer that a call returns is
- * valid until the handle ends, unless its comment says otherwise.
+ * writer by plait_patch_writer_close(), a served store by plait_served_close(). These calls accept
+ * NULL. A pointer that a call returns is valid until the handle ends, unless its comment says
+ * otherwise.
  *
  * Threads: any number of threads may call one reader or one view at the same time. While a thread
  * is in a call with a `plait_store*` that is not const, no other thread may use the store or its
@@ -780,6 +781,39 @@ PLAIT_API plait_status plait_store_visit(plait_store* store,
                                          uint64_t attribute_count, int32_t first_level,
                                          int32_t level, plait_visit_batch visit,
                                          plait_progress progress, void* user);
+
+/* ---- What a browser reads of a store ---- */
+
+typedef struct plait_served plait_served; /* the files that the page and its viewer read */
+/* A file of it. Texts are valid until the handle ends. */
+typedef struct plait_served_file {
+  size_t struct_size;
+  uint64_t bytes;
+  const char* content_type; /* for the header of HTTP with this name */
+  const char* tag;          /* for ETag: another one for each version of each store */
+} plait_served_file;
+#define PLAIT_SERVED_FILE_INIT \
+  { sizeof(plait_served_file), 0, NULL, NULL }
+
+/* Makes ready what a browser needs to show the store: the page, the view, and the raw records of
+ * all levels, decoded from any backend (docs/on-the-web.md). A program answers requests with it;
+ * the library has no server. Reads all positions if the store has no view of its version.
+ * `progress` may be NULL, and counts faces. The handle counts as a reader of the store. Errors:
+ * INVALID_ARGUMENT for a store whose attribute "position" is not float32 x 3 or float64 x 3;
+ * NOT_SUPPORTED if its faces differ in depth; NOT_FOUND without the attribute; BUDGET; CORRUPTION;
+ * CANCELLED. */
+PLAIT_API plait_status plait_served_open(plait_store* store, plait_progress progress, void* user,
+                                         plait_served** served);
+/* The file that a browser asks for by this path, such as "/" or "/view". A path is only compared
+ * with those that there are: none leads to another file of the disk. Errors: NOT_FOUND. */
+PLAIT_API plait_status plait_served_find(const plait_served* served, const char* path,
+                                         plait_served_file* file);
+/* Reads `count` bytes of the file from `offset` on. Any number of threads may call it at the same
+ * time. Errors: NOT_FOUND; INVALID_ARGUMENT for bytes behind the end; CORRUPTION; IO; BUDGET. */
+PLAIT_API plait_status plait_served_read(const plait_served* served, const char* path,
+                                         uint64_t offset, void* bytes, uint64_t count);
+/* Does nothing for NULL. */
+PLAIT_API void plait_served_close(plait_served* served);
 
 /* ---- Jobs: whole works by their names ---- */
 

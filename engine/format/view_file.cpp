@@ -17,8 +17,8 @@
 #include "format/checksum.h"
 #include "format/field_stream.h"
 #include "format/file_names.h"
-#include "format/packed_mesh.h"
 #include "format/planes.h"
+#include "format/view_faces.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
 
@@ -28,18 +28,19 @@ namespace {
 namespace io = boost::iostreams;
 
 constexpr char kViewMagic[] = "plaitvew";
-constexpr std::uint32_t kViewFormat = 1;
+constexpr std::uint32_t kViewFormat = 2;
 constexpr std::uint64_t kViewHeaderBytes = 120, kViewChecksumBytes = 8;
 constexpr std::uint64_t kMostTableBytes = 1 << 24;
 constexpr int kMostViewLevels = 20;
 constexpr std::size_t kMostNameBytes = 255;
-/// Positions are multiples of 1/65535 of the longest side of their box.
-constexpr double kLatticeSteps = 65535;
+/// Positions are multiples of 1/32767 of the longest side of their box.
+constexpr double kLatticeSteps = 32767;
 /// An error byte q > 0 stands for the largest error times 2^((q - 255) / 2).
 constexpr double kErrorStepsPerOctave = 2;
 
-std::uint64_t content_bytes(std::uint64_t vertices, std::uint64_t faces, int levels) {
-  return 12 * faces + 16 * vertices + static_cast<std::uint64_t>(levels) * faces;
+std::uint64_t content_bytes(std::uint64_t vertices, std::uint64_t faces, int levels,
+                            std::uint64_t far_corners) {
+  return faces + 4 * far_corners + 16 * vertices + static_cast<std::uint64_t>(levels) * faces;
 }
 
 std::vector<char> deflate(std::span<const std::byte> bytes) {
@@ -121,17 +122,23 @@ struct Lattice {
   }
 };
 
-/// Corners and numbers as base.mesh has them, then coordinates in the order of places: each as the
-/// difference to the vertex that the corner before names.
-std::vector<std::byte> pack_content(const View& view, const BaseMesh& mesh, const Lattice& lattice,
+/// Corners, numbers, and coordinates in the order of places: each as the difference to the vertex
+/// that the corner before names.
+std::vector<std::byte> pack_content(const View& view, const BaseMesh& mesh,
+                                    const ViewFaces& corners, const Lattice& lattice,
                                     std::span<const Vector3<double>> positions, double largest) {
   const std::size_t vertices = mesh.vertex_count(), faces = mesh.face_count();
-  std::vector<std::byte> content = pack_mesh(mesh);
-  content.erase(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(24 * vertices));
-  const std::size_t coordinates = content.size();
-  content.resize(coordinates + 12 * vertices + view.errors.size());
-  std::byte* const to = content.data() + coordinates;
-  const Planes<std::uint32_t> planes(vertices);
+  std::vector<std::byte> content = corners.classes;
+  const std::size_t far = corners.distances.size();
+  content.resize(faces + 4 * far + 16 * vertices + view.errors.size());
+  std::byte* to = content.data() + faces;
+  const Planes<std::uint32_t> of_far(far), planes(vertices);
+  for (std::size_t i = 0; i < far; ++i) of_far.put(to, i, corners.distances[i]);
+  to += of_far.bytes();
+  VertexId last = 0;
+  for (std::size_t i = 0; i < vertices; ++i)
+    planes.put(to, i, zigzag(corners.vertices[i] - std::exchange(last, corners.vertices[i])));
+  to += planes.bytes();
   std::vector<bool> named(vertices);
   std::array<std::uint32_t, 3> before{};
   std::size_t place = 0;
@@ -170,7 +177,9 @@ std::vector<std::byte> encode_view(const View& view, const BaseMesh& mesh,
   const Lattice lattice(positions);
   const std::vector<std::byte> table = pack_table(view);
   const double largest = view.errors.empty() ? 0 : *std::ranges::max_element(view.errors);
-  const std::vector<char> packed = deflate(pack_content(view, mesh, lattice, positions, largest));
+  const ViewFaces corners = pack_view_faces(mesh);
+  const std::vector<char> packed =
+      deflate(pack_content(view, mesh, corners, lattice, positions, largest));
   std::vector<std::byte> bytes(kViewHeaderBytes);
   std::memcpy(bytes.data(), kViewMagic, 8);
   put(bytes, 8, kViewFormat);
@@ -180,6 +189,7 @@ std::vector<std::byte> encode_view(const View& view, const BaseMesh& mesh,
   put(bytes, 40, std::uint64_t{mesh.vertex_count()});
   put(bytes, 48, std::uint64_t{mesh.face_count()});
   put(bytes, 56, static_cast<std::uint32_t>(view.base_level));
+  put(bytes, 60, static_cast<std::uint32_t>(corners.distances.size()));
   for (std::size_t axis = 0; axis < 3; ++axis) put(bytes, 64 + 8 * axis, lattice.origin[axis]);
   put(bytes, 88, lattice.step);
   put(bytes, 96, largest);
@@ -224,7 +234,11 @@ void check_view(std::span<const std::byte> bytes, const std::filesystem::path& p
           fmt::format("{} bytes, expected {}", bytes.size(),
                       kViewHeaderBytes + table_bytes + packed_bytes + kViewChecksumBytes));
   // One byte of zlib stands for at most 1032.
-  const std::uint64_t size = content_bytes(vertex_count, face_count, static_cast<int>(levels));
+  const auto far_corners = load<std::uint32_t>(bytes, 60);
+  require(far_corners <= 3 * face_count,
+          fmt::format("{} far corners of {} faces", far_corners, face_count));
+  const std::uint64_t size =
+      content_bytes(vertex_count, face_count, static_cast<int>(levels), far_corners);
   require(packed_bytes >= size / 1032, "its content is longer than its bytes can be");
   const std::optional<std::vector<std::byte>> content =
       inflate(bytes.subspan(kViewHeaderBytes + table_bytes, packed_bytes), size);
@@ -239,8 +253,9 @@ std::vector<std::byte> read_view_file(const Directory& store, const StoreUuid& u
                                       std::uint64_t vertex_count, std::uint64_t face_count) {
   const std::optional<File> file = open_if_present(store, kViewName, OpenMode::kRead);
   if (!file) return {};
-  const std::uint64_t most = kViewHeaderBytes + kMostTableBytes + kViewChecksumBytes +
-                             2 * content_bytes(vertex_count, face_count, kMostViewLevels);
+  const std::uint64_t most =
+      kViewHeaderBytes + kMostTableBytes + kViewChecksumBytes +
+      2 * content_bytes(vertex_count, face_count, kMostViewLevels, 3 * face_count);
   if (file->size() > most)
     throw Error(ErrorCode::kCorruption, fmt::format("read {}: {} bytes, expected at most {}",
                                                     file->path().native(), file->size(), most))

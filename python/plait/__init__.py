@@ -24,6 +24,7 @@ from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivi
                    run_pass, status, subdivide,
                    verify)
 from .mesh import Mesh, triangles
+from .showing import Shown, show
 from .store import Store
 from .store import open_store as open  # plait.open, as numpy has load and h5py has File
 from .visits import Vertices
@@ -52,7 +53,7 @@ __all__ = [
     "AlreadyExists", "Attribute", "BadState", "Base", "Block", "Busy", "Cancelled", "Comparison", "Conversion", "Counts",
     "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "Input", "InputOutputError", "InternalError",
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NoSuchLevel", "NotFound",
-    "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
+    "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Shown", "Statistics", "Store", "Subdivision", "TooLarge",
     "VerifyReport", "Vertices", "build_info", "check", "compare", "convert", "create", "export", "generate", "import_mesh", "join", "load_plugin",
-    "open", "part", "plan", "prune", "publish", "remesh", "render", "run_pass", "status", "subdivide",
+    "open", "part", "plan", "prune", "publish", "remesh", "render", "run_pass", "show", "status", "subdivide",
     "triangles", "verify"]

@@ -71,6 +71,9 @@ _STATUS = {
     "plait_patch_writer_write_patch": [c_void_p, c_char_p, c_uint32, c_int32, c_void_p, c_uint64],
     "plait_patch_writer_write_level": [c_void_p, c_char_p, c_uint32, c_int32, c_void_p, c_uint64],
     "plait_patch_writer_finish": [c_void_p],
+    "plait_served_open": [c_void_p, types.plait_progress, c_void_p, _out],
+    "plait_served_find": [c_void_p, c_char_p, POINTER(types.plait_served_file)],
+    "plait_served_read": [c_void_p, c_char_p, c_uint64, c_void_p, c_uint64],
     "plait_job_options": [c_char_p, _out],
     "plait_job_run": [c_char_p, POINTER(c_char_p), c_uint64, types.plait_progress,
                       types.plait_warning, c_void_p, _out],
@@ -81,6 +84,7 @@ _NOTHING = {
     "plait_reader_close": [c_void_p],
     "plait_patch_writer_close": [c_void_p],
     "plait_pin_release": [c_void_p],
+    "plait_served_close": [c_void_p],
     "plait_text_release": [c_void_p],
 }
 _TEXT = {"plait_version_string": [], "plait_build_info": [], "plait_text_string": [c_void_p]}

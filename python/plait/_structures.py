@@ -49,6 +49,11 @@ class plait_open_options(Sized):
         ("parallel_for", c_void_p), ("parallel_user", c_void_p)]
 
 
+class plait_served_file(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("bytes", c_uint64), ("content_type", c_char_p), ("tag", c_char_p)]
+
+
 class plait_store_info(Sized):
     _fields_ = [
         ("struct_size", c_size_t), ("path", c_char_p), ("backend", c_char_p),

@@ -35,6 +35,7 @@ class Store:
         self._readers = {}
         self._pins = []  # an entry for each array without a copy
         self._patch_writers = weakref.WeakSet()
+        self._shown = []  # what show() has made of this object
         self._changing = []  # an entry for each call that changes the store now
         self._lost = False  # whether close() would lose changes
         self._base = self._input = None
@@ -363,6 +364,9 @@ class Store:
         if not found:
             return error
         count = len(self._pins)
+        if self._shown:
+            return Busy(f"{verb}: the store is shown: close() what plait.show() has returned",
+                        error.path)
         if count == 0:
             return Busy(f"{verb}: another thread reads the store: wait until it has returned",
                         error.path)
@@ -558,6 +562,8 @@ class Store:
         if self._changing:
             raise BadState(f"close {self._absolute or 'a store in memory'}: a call that changes the "
                            "store is under way: wait until it has returned", self._where())
+        for shown in list(self._shown):
+            shown.close()
         with self._lock:
             handle, self._handle = self._handle, None
         self._end_patch_writers()

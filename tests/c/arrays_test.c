@@ -232,6 +232,31 @@ static void test_conversion(const char* path, const char* digest) {
 }
 
 /* `path`: a store that does not exist yet. */
+static void test_served_files(void) {
+  plait_store* const store = refined_store();
+  plait_served* served = NULL;
+  CHECK_ERROR(plait_served_open(NULL, NULL, NULL, &served), PLAIT_ERROR_INVALID_ARGUMENT, "store");
+  CHECK_ERROR(plait_served_open(store, cancel_work, NULL, &served), PLAIT_ERROR_CANCELLED, "view");
+  CHECK_OK(plait_served_open(store, NULL, NULL, &served));
+  plait_served_file file = PLAIT_SERVED_FILE_INIT;
+  CHECK_OK(plait_served_find(served, "/view", &file));
+  CHECK(strcmp(file.content_type, "application/octet-stream") == 0 && strlen(file.tag) == 16);
+  char begin[8];
+  CHECK_OK(plait_served_read(served, "/view", 0, begin, 8));
+  CHECK(memcmp(begin, "plaitvew", 8) == 0);
+  CHECK_ERROR(plait_served_read(served, "/view", file.bytes - 7, begin, 8),
+              PLAIT_ERROR_INVALID_ARGUMENT, "the file has");
+  CHECK_ERROR(plait_served_read(served, "/view", UINT64_MAX, begin, 8),
+              PLAIT_ERROR_INVALID_ARGUMENT, "the file has");
+  CHECK_ERROR(plait_served_find(served, "/manifest", &file), PLAIT_ERROR_NOT_FOUND, "/manifest");
+  CHECK_ERROR(plait_store_add_level(store, "position"), PLAIT_ERROR_BUSY, "reader");
+  plait_store_release(store); /* what is served stays */
+  CHECK_OK(plait_served_find(served, "/", &file));
+  CHECK(strstr(file.content_type, "text/html") == file.content_type);
+  plait_served_close(served);
+  plait_served_close(NULL);
+}
+
 static void test_job(const char* path) {
   char mesh[512];
   snprintf(mesh, sizeof(mesh), "%s.off", path);
@@ -280,6 +305,7 @@ int main(int count, char** arguments) {
   test_many_patches();
   test_records_in_place();
   test_visit();
+  test_served_files();
   test_job(arguments[1]);
   return failures();
 }

@@ -8,9 +8,11 @@ import json
 import pathlib
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 
 PROGRAM = sys.argv[1]
 
@@ -75,6 +77,65 @@ def ranges(work, server):
     assert base == (work / "www/attribute0.base.1").read_bytes()
 
 
+def faces_of(view):
+    """Places of the corners, numbers of the places, coordinates and errors, read as docs/format.md says."""
+    levels, = struct.unpack_from("<I", view, 12)
+    vertices, faces, _, far = struct.unpack_from("<QQII", view, 40)
+    table, packed = struct.unpack_from("<QQ", view, 104)
+    content = zlib.decompress(view[120 + table:120 + table + packed])
+    assert len(view) == 128 + table + packed and len(content) == faces + 4 * far + 16 * vertices + levels * faces
+    at = faces
+
+    def planes(count):
+        nonlocal at
+        at += 4 * count
+        return [sum(content[at - 4 * count + plane * count + i] << 8 * plane for plane in range(4)) for i in range(count)]
+
+    def signed(numbers):
+        return [number >> 1 ^ -(number & 1) for number in numbers]
+
+    distances, numbers = iter(planes(far)), signed(planes(vertices))
+    coordinates = list(zip(*(signed(planes(vertices)) for _ in range(3))))
+    numbers = [sum(numbers[:place + 1]) for place in range(vertices)]
+    begins, ends = [[] for _ in range(vertices)], [[] for _ in range(vertices)]
+    corners, grid, last = [], [], (0, 0, 0)
+    for f in range(faces):
+        here = []
+        for i, divisor in enumerate((36, 6, 1)):
+            kind = content[f] // divisor % 6
+            known = (corners[-1] if f else []) if i == 0 else begins[here[-1]] + (ends[here[0]] if i == 2 else [])
+            candidates = [place for place in dict.fromkeys(known) if place not in here]
+            place = len(grid) if kind == 0 else len(grid) - 1 - next(distances) if kind == 5 else candidates[kind - 1]
+            if kind == 0:
+                grid.append(tuple(x + y for x, y in zip(last, coordinates[place])))
+            here.append(place)
+            last = grid[place]
+        for p, q in zip(here, here[1:] + here[:1]):
+            if q in begins[p]:
+                begins[p].remove(q)
+                if p in ends[q]:
+                    ends[q].remove(p)
+            else:
+                begins[q], ends[p] = [p, *begins[q]][:8], [q, *ends[p]][:8]
+        corners.append(here)
+    assert next(distances, None) is None and len(grid) == vertices
+    return corners, numbers, grid
+
+
+def view_as_the_format_says(work, name):
+    """Its base vertices are where the store has them, but for the lattice; its faces are a closed surface."""
+    view = (work / name / "view").read_bytes()
+    corners, numbers, grid = faces_of(view)
+    origin, step = struct.unpack_from("<3d", view, 64), struct.unpack_from("<d", view, 88)[0]
+    records = (work / name / "attribute0.base.1").read_bytes()
+    assert sorted(numbers) == list(range(len(grid)))
+    for number, place in zip(numbers, grid):
+        for axis, record in enumerate(struct.unpack_from("<3f", records, 12 * number)):
+            assert abs(origin[axis] + step * place[axis] - record) <= 0.501 * step, (number, axis)
+    passed = [edge for a, b, c in corners for edge in ((a, b), (b, c), (c, a))]
+    assert len(set(passed)) == len(passed) and {(b, a) for a, b in passed} == set(passed)
+
+
 def no_way_out(work, server):
     (work / "secret").write_text("secret")
     (work / "s.plait/link").symlink_to(work / "secret")
@@ -134,6 +195,7 @@ with tempfile.TemporaryDirectory() as name:
     assert report["view_bytes"] == (work / "www/view").stat().st_size
     assert report["first_view"] == {"requests": 2, "bytes": report["view_bytes"] + (work / "www/index.html").stat().st_size}
     assert "whole" in plait(work, "verify", "www").stdout
+    view_as_the_format_says(work, "www")
     with Server(work, "s.plait", "--port", "0") as server:
         ranges(work, server)
         no_way_out(work, server)

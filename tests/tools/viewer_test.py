@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """The page of `plait publish --page` and `plait serve` in headless Chromium, which draws in software.
 
-  viewer_test.py PROGRAM [PICTURES]
+  viewer_test.py PROGRAM [--flight] [PICTURES]
 
   PROGRAM    plait
+  --flight   only the flight of two minutes; without it, all others and a short flight
   PICTURES   a folder that keeps what the page drew, to look at
 
 Skips (77) where there is no Chromium. PLAIT_CHROMIUM names another browser.
 """
 import base64
+import collections
 import http.server
 import json
 import os
@@ -17,12 +19,17 @@ import queue
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
+import time
+import zlib
 
 PROGRAM = sys.argv[1]
+LONG_FLIGHT = "--flight" in sys.argv
+PICTURES = ([word for word in sys.argv[2:] if word != "--flight"] + [None])[0]
 BROWSER = os.environ.get("PLAIT_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
 # What each test page runs after the page's own script: it may call these, and ends with report().
 PRELUDE = """
@@ -31,23 +38,33 @@ window.errors = [];
 addEventListener("error", event => errors.push(String(event.message)));
 addEventListener("unhandledrejection", event => errors.push(String(event.reason)));
 const complain = console.error; console.error = (...words) => { errors.push(words.join(" ")); complain(...words); };
-const report = answer => fetch("/report", { method: "POST", body: JSON.stringify(answer) });
 const until = test => new Promise(done => { const look = () => test() ? done() : setTimeout(look, 20); look(); });
+const ask = name => fetch("/do/" + name, { method: "POST" }).then(answer => answer.text());
+// One browser goes through all pages: each ends by going to the next one.
+const report = async answer => {
+  await fetch("/report", { method: "POST", body: JSON.stringify(answer) });
+  location.replace(await (await fetch("/next")).text());
+};
 </script>
 """
 SCRIPT = """
 <script>
 (async () => {
   try {
+    plait.animate = false;
+    %s
     await until(() => plait.ready || plait.failed);
+    if (plait.canvas) Object.assign(plait.canvas.style, { width: "%dpx", height: "%dpx" });
     const settled = async () => { plait.settled = false; plait.redraw(); await until(() => plait.settled || plait.failed); };
     const pixels = () => { const gl = plait.gl, w = plait.canvas.width, h = plait.canvas.height, all = new Uint8Array(4 * w * h);
       gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, all); return all; };
+    // What plait render draws: the same camera, size and lights.
+    const rendered = async () => { plait.setDark(false); plait.pixelError = 0.01; await settled(); plait.fitView(); await settled(); };
     let seed = 1; const random = () => (seed = (Math.imul(seed, 1103515245) + 12345) >>> 0) / 2 ** 32;
     const answer = { renderer: plait.renderer };
     %s
     Object.assign(answer, { failed: plait.failed, errors, words: document.getElementById("words").textContent, log: plait.log,
-      requests: plait.requests, bytes: plait.bytes, figures: document.getElementById("figures").textContent });
+      planned: plait.planned, requests: plait.requests, bytes: plait.bytes, figures: document.getElementById("figures").textContent });
     await report(answer);
   } catch (error) { await report({ broken: String(error.stack || error), errors }); }
 })();
@@ -62,14 +79,27 @@ class Site(http.server.ThreadingHTTPServer):
     def __init__(self, folder):
         super().__init__(("127.0.0.1", 0), Handler)
         self.folder = pathlib.Path(folder)
-        self.script, self.log, self.reports, self.ignore_ranges, self.broken = "", [], queue.Queue(), False, 0
+        self.reports, self.pages = queue.Queue(), queue.Queue()
         threading.Thread(target=self.serve_forever, daemon=True).start()
+        self.begin("", (640, 480))
+
+    def begin(self, script, size, early=""):
+        """What one look at a page finds."""
+        self.script, self.log = SCRIPT % (early, *size, script), []
+        self.ignore_ranges, self.broken, self.replaced, self.held, self.does = False, 0, {}, set(), {}
+        self.release = threading.Event()
 
     def handle_error(self, *_):
         """The browser may end in the middle of an answer."""
 
     def url(self):
         return f"http://127.0.0.1:{self.server_address[1]}/"
+
+    def content(self, path):
+        """The bytes of a file, as they are or as the test replaced them; None if there are none."""
+        if path.name in self.replaced:
+            return self.replaced[path.name]
+        return path.read_bytes() if path.is_file() else None
 
 
 class Handler(http.server.BaseHTTPRequestHandler):
@@ -87,105 +117,188 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def do_POST(self):
         body = self.rfile.read(int(self.headers["Content-Length"]))
-        self.answer(200, b"")
-        self.server.reports.put(json.loads(body))
+        if self.path == "/report":
+            self.answer(200, b"")
+            return self.server.reports.put(json.loads(body))
+        self.answer(200, str(self.server.does[self.path.rsplit("/", 1)[1]]()).encode())
 
     def do_GET(self):
         site, path = self.server, self.path.split("?")[0].lstrip("/")
+        if path == "next":
+            return self.answer(200, site.pages.get().encode())
+        if path == "first.html":
+            return self.answer(200, b"<script>fetch('next').then(x => x.text()).then(x => location.replace(x))</script>")
         if path.endswith("test.html"):
             page = (site.folder / path.replace("test.html", "index.html")).read_text()
-            page = page.replace("<body>", "<body>" + PRELUDE).replace("</body>", SCRIPT % site.script + "</body>")
+            page = page.replace("<body>", "<body>" + PRELUDE).replace("</body>", site.script + "</body>")
             return self.answer(200, page.encode(), [("Content-Type", "text/html; charset=utf-8")])
         file = site.folder / path
-        if not file.is_file():
+        content = site.content(file)
+        if content is None:
             return self.answer(404, b"")
-        content = file.read_bytes()
+        if file.name in site.held:
+            site.release.wait()
+        tag = ("ETag", f'"{zlib.crc32(content)}"')
         wanted = re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers.get("Range", ""))
         if wanted and site.broken > 0:
             site.broken -= 1
             return self.answer(503, b"")
         if not wanted or site.ignore_ranges:
             site.log.append((file.name, 0, len(content)))
-            return self.answer(200, content)
+            return self.answer(200, content, [tag])
         first, last = int(wanted[1]), int(wanted[2])
         part = content[first:last + 1]
         site.log.append((file.name, first, len(part)))
-        self.answer(206, part, [("Content-Range", f"bytes {first}-{first + len(part) - 1}/{len(content)}")])
+        self.answer(206, part, [("Content-Range", f"bytes {first}-{first + len(part) - 1}/{len(content)}"), tag])
+
+
+class Serve:
+    """`plait serve` of a store."""
+
+    def __init__(self, work, store, port=0):
+        self.process = subprocess.Popen([PROGRAM, "serve", store, "--port", str(port), "--json"], cwd=work, text=True,
+                                        stdout=subprocess.PIPE)
+        text = ""
+        while not text.endswith("}\n"):
+            line = self.process.stdout.readline()
+            assert line, f"plait serve {store} has ended"
+            text += line
+        self.address, self.port = (json.loads(text)[name] for name in ("address", "port"))
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGINT)
+        self.process.communicate(timeout=60)
+        assert self.process.returncode == 0, self.process.returncode
 
 
 class Test:
-    def __init__(self, work, pictures):
-        self.work, self.pictures, self.site = pathlib.Path(work), pictures, Site(work)
+    def __init__(self, work):
+        self.work, self.site, self.browser = pathlib.Path(work), Site(work), None
+
+    def start_browser(self):
+        self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        self.browser = subprocess.Popen(
+            [BROWSER, "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+             "--no-first-run", "--disable-extensions", "--disable-background-networking", "--disable-component-update",
+             "--disable-background-timer-throttling", "--enable-precise-memory-info", "--js-flags=--expose-gc",
+             f"--user-data-dir={self.profile.name}", "--window-size=640,480", "--force-device-scale-factor=1",
+             "--hide-scrollbars", self.site.url() + "first.html"],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+    def end_browser(self):
+        os.killpg(self.browser.pid, signal.SIGKILL)
+        self.browser.wait()
+        self.profile.cleanup()
 
     def plait(self, *words):
         return json.loads(subprocess.run([PROGRAM, *map(str, words), "--json"], cwd=self.work, check=True,
                                          stdout=subprocess.PIPE).stdout)
 
-    def look(self, store, script, query="", size=(640, 480), page="test.html"):
-        """What the page reports after `script`, which runs in it."""
-        self.site.script, self.site.log = script, []
-        with tempfile.TemporaryDirectory() as profile:
-            browser = subprocess.Popen(
-                [BROWSER, "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                 "--no-first-run", "--disable-extensions", "--disable-background-networking", "--disable-component-update",
-                 "--disable-background-timer-throttling", f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}",
-                 "--force-device-scale-factor=1", "--hide-scrollbars", f"{self.site.url()}{store}/{page}{query}"],
-                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-            try:
-                answer = self.site.reports.get(timeout=240)
-            finally:
-                os.killpg(browser.pid, signal.SIGKILL)
-                browser.wait()
+    def look(self, store, script, query="", size=(400, 300), early="", **site):
+        """What the page reports after `script`, which runs in it once the page is ready, and `early` before.
+        `site` are members of the server."""
+        self.site.begin(script, size, early)
+        for name, value in site.items():
+            setattr(self.site, name, value)
+        self.site.pages.put(f"{self.site.url()}{store}/test.html{query}")
+        answer = self.site.reports.get(timeout=400)
         assert "broken" not in answer, answer
         assert "SwiftShader" in answer["renderer"], f"expected drawing in software, found {answer['renderer']}"
-        if "picture" in answer and self.pictures:
-            pathlib.Path(self.pictures, f"{store}.png").write_bytes(base64.b64decode(answer["picture"].split(",")[1]))
+        if "picture" in answer and PICTURES:
+            pathlib.Path(PICTURES, f"{store}.png").write_bytes(base64.b64decode(answer["picture"].split(",")[1]))
+        return answer
+
+    def shown(self, *words, **site):
+        """As look(), of a store that the page shows without an error."""
+        answer = self.look(*words, **site)
+        assert answer["failed"] == "" and answer["errors"] == [] and answer["words"] == "", answer
         return answer
 
     def run(self):
-        self.plait("generate", "molecule", "closed.ply", "--vertices", "400", "--seed", "1")
+        self.plait("generate", "molecule", "closed.ply", "--vertices", "200", "--seed", "1")
         self.plait("subdivide", "closed.ply", "closed.plait", "--levels", "3", "--normals")
-        published = self.plait("publish", "closed.plait", "closed", "--page")
-        for test in (self.first_picture, self.beside_render, self.no_cracks, self.compressed_from_serve, self.ranges_ignored,
-                     self.server_comes_back, self.little_memory):
-            test(published)
-            print(f"viewer_test: {test.__name__} passed", flush=True)
+        self.published = self.plait("publish", "closed.plait", "closed", "--page")
+        tests = (self.first_picture, self.beside_render, self.no_cracks, self.other_stores, self.ranges_ignored,
+                 self.errors_of_the_server, self.server_dies_and_comes_back, self.server_is_silent, self.forged_view,
+                 self.store_changes, self.little_memory, self.flight)
+        self.start_browser()
+        try:
+            for test in [self.flight] if LONG_FLIGHT else tests:
+                begin = time.monotonic()
+                test()
+                print(f"viewer_test: {test.__name__} passed in {time.monotonic() - begin:.1f} s", flush=True)
+        finally:
+            self.end_browser()
 
-    def first_picture(self, published):
-        answer = self.look("closed", """
-            plait.animate = false;
+    def first_picture(self):
+        answer = self.shown("closed", """
             await settled();
             const all = pixels(), colours = new Set();
             for (let i = 0; i < all.length; i += 4) colours.add(all[i] << 16 | all[i + 1] << 8 | all[i + 2]);
             answer.colours = colours.size;
             answer.picture = plait.canvas.toDataURL();
+            // Once more from nothing, and beside it what the drawn depths need, vertex by vertex.
+            answer.mark = plait.log.length;
+            document.getElementById("normals").onchange();
+            await settled();
+            const view = plait.view, need = new Map();
+            for (let f = 0; f < view.F; ++f) for (let depth = view.depthNow[f] >> 4, n = 1 << depth, j = 0; j <= n; ++j)
+              for (let i = 0; i <= n - j; ++i) {
+                const at = plait.addressOf(view, f, depth, i, j);
+                if (at.depth) for (const name of ["position", "normal"]) {
+                  const attribute = view.attributes.find(a => a.name === name), bytes = attribute.recordBytes;
+                  const file = attribute.files[at.depth - 1], page = Math.floor(at.record / 2048);
+                  need.set(file + page, [file, page * 2048 * bytes, 2048 * bytes]);
+                }
+              }
+            answer.need = [...need.values()];
             answer.pick = await plait.pickAt(plait.canvas.width >> 1, plait.canvas.height >> 1);
-            """)
-        assert answer["failed"] == "" and answer["errors"] == [], answer
+            """, size=(640, 480))
         assert answer["colours"] > 200, f"expected a shaded picture, found {answer['colours']} colours"
-        # What the server saw is what the page says that it read.
-        assert sorted(map(tuple, answer["log"])) == sorted(x for x in self.site.log if x[0] != "index.html"), "requests"
-        assert answer["bytes"] == sum(x[2] for x in answer["log"])
-        first = answer["log"][0]
-        assert first == ["view", 0, published["view_bytes"]], first
+        # What the server saw is what the page planned and says that it read, and what the view needs.
+        saw = [x for x in self.site.log if x[0] != "index.html"]
+        planned = [tuple(x) for x in answer["planned"]]
+        assert sorted(saw) == sorted(planned) == sorted(map(tuple, answer["log"])), (saw, planned)
+        assert answer["bytes"] == sum(x[2] for x in saw)
+        assert planned[0] == ("view", 0, self.published["view_bytes"]), planned[0]
+        needed = collections.Counter()
+        for file, first, count in answer["need"]:
+            size = (self.work / "closed" / file).stat().st_size
+            needed.update((file, byte) for byte in range(first, min(first + count, size), 4))
+        read = collections.Counter()
+        for file, first, count in [tuple(x) for x in answer["log"]][answer["mark"]:-2]:  # without the pick
+            read.update((file, byte) for byte in range(first, first + count, 4))
+        # Files of levels end with zeros up to a whole page of the disk, which nobody reads.
+        assert read and max(read.values()) == 1 and set(read) <= set(needed)
+        missing = [(file, byte) for file, byte in needed if (file, byte) not in read]
+        assert all((self.work / "closed" / file).read_bytes()[byte:byte + 4] == b"\0" * 4 for file, byte in missing[:200])
+        assert len(missing) < 4096, len(missing)
         pick = answer["pick"]
         assert pick is not None and len(pick["position"]) == 3 and len(pick["values"]["normal"]) == 3, pick
         print(f"viewer_test: {answer['figures']!r}")
 
-    def no_cracks(self, _):
-        answer = self.look("closed", """
-            plait.animate = false;
+    def no_cracks(self):
+        answer = self.shown("closed", """
             const view = plait.view, F = view.F, c = plait.camera;
             plait.forced = new Uint8Array(F).fill(view.levels);
             plait.fitView();
             await settled();
             plait.clear = [1, 0, 1];
             document.getElementById("normals").value = "stored";
-            answer.found = []; answer.last = 0; answer.magenta = 0; answer.views = 0; answer.other = 0;
-            for (let v = 0; v < 30; ++v) {
+            const magenta = () => { let found = 0; const all = new Uint32Array(pixels().buffer);
+              for (let i = 0; i < all.length; ++i) if (all[i] === 0xffff00ff) ++found; return found; };
+            answer.found = []; answer.magenta = 0; answer.views = 0; answer.cracks = 0;
+            for (let v = 0; v < 500; ++v) {
               for (let f = 0; f < F; ++f) plait.forced[f] = Math.floor(random() * (view.levels + 1));
               // Inside: just behind a face, looking anywhere.
-              const f = Math.floor(random() * F), toward = plait.cameraNow().viewMatrix;
+              const f = Math.floor(random() * F);
               c.azimuth = 360 * random(); c.elevation = 180 * random() - 90; c.focal = 0.5; c.shift = [0, 0];
               const at = i => [0, 1, 2].map(k => view.lattice[3 * view.corners[3 * f + i] + k] - view.centre[k]);
               const [p, q, r] = [at(0), at(1), at(2)], u = q.map((x, k) => x - p[k]), w = r.map((x, k) => x - p[k]);
@@ -200,34 +313,25 @@ class Test:
               for (let k = 0; k < 20; ++k) drawn.planes[k] = k % 4 == 3 ? 1 : 0;
               plait.select(drawn, 0);
               plait.draw(drawn);
-              const all = pixels();
-              for (let i = 0; i < all.length; i += 4)
-                if (all[i] === 255 && all[i + 1] === 0 && all[i + 2] === 255) ++answer.magenta; else ++answer.other;
+              const seen = magenta();
               ++answer.views;
-              if (answer.magenta > answer.last) answer.found.push([v, answer.magenta - answer.last]);
-              if (answer.magenta && !answer.picture) answer.picture = plait.canvas.toDataURL();
-              answer.last = answer.magenta;
+              answer.magenta += seen;
+              if (seen) answer.found.push([v, seen]);
+              if (seen && !answer.picture) answer.picture = plait.canvas.toDataURL();
+              // Faces that do not know of their neighbours must crack, or the test sees nothing.
+              if (v >= 10) continue;
+              plait.gpu.grids.forEach((grid, depth) => { for (let k = 0; k < grid.count; ++k) grid.words[2 * k + 1] = 16 * depth * 0x1010101; });
+              plait.draw(drawn);
+              answer.cracks += magenta();
             }
-            """, size=(400, 300))
-        assert answer["failed"] == "" and answer["errors"] == [], answer
-        assert answer["other"] > 0 and answer["views"] == 30
-        print(f"viewer_test: {answer['magenta']} magenta of {answer['magenta'] + answer['other']} pixels in {answer['views']} views")
+            """, size=(200, 150))
+        assert answer["views"] == 500 and answer["cracks"] > 0, answer["cracks"]
+        print(f"viewer_test: {answer['magenta']} magenta pixels in {answer['views']} views; {answer['cracks']} where faces do not know their neighbours")
         assert answer["magenta"] == 0, answer["found"]
 
-    def beside_render(self, _):
-        """The same camera, size and lights as plait render."""
-        self.plait("generate", "icosphere", "ball.ply", "--vertices", "2562")
-        self.plait("subdivide", "ball.ply", "ball.plait", "--levels", "2", "--normals")
-        self.plait("publish", "ball.plait", "ball", "--page")
-        self.plait("render", "ball.plait", "ball/render.png", "--size", "360x280")
-        answer = self.look("ball", """
-            plait.animate = false;
-            plait.setDark(false);
-            plait.pixelError = 0.01;
-            Object.assign(plait.canvas.style, { width: "360px", height: "280px" });
-            await settled();
-            plait.fitView();
-            await settled();
+    def difference_from_render(self, store, query=""):
+        answer = self.shown(store, """
+            await rendered();
             const image = new Image();
             image.src = "render.png";
             await image.decode();
@@ -238,32 +342,165 @@ class Test:
             for (let i = 0; i < a.length; ++i) sum += Math.abs(a[i] - b[i]);
             answer.difference = sum / (a.length / 4 * 3);
             answer.picture = plait.canvas.toDataURL();
-            """)
-        print(f"viewer_test: mean difference from plait render {answer['difference']:.2f} of 255")
-        assert answer["failed"] == "" and answer["errors"] == [], answer
+            """, query, size=(360, 280))
+        print(f"viewer_test: {store}: mean difference from plait render {answer['difference']:.2f} of 255")
         assert answer["difference"] <= 2, answer["difference"]
 
-    def compressed_from_serve(self, _):
-        """A compressed store that plait serve decodes, and the page at another server."""
-        self.plait("convert", "closed.plait", "small.plait", "--compress", "default")
-        server = subprocess.Popen([PROGRAM, "serve", "small.plait", "--port", "0", "--json"], cwd=self.work, text=True,
-                                  stdout=subprocess.PIPE)
-        text = ""
-        while not text.endswith("}\n"):
-            text += server.stdout.readline()
-        try:
-            answer = self.look("closed", "plait.animate = false; plait.pixelError = 0.2; await settled();",
-                               f"?store={json.loads(text)['address']}")
-        finally:
-            server.send_signal(signal.SIGINT)
-            assert server.wait(timeout=60) == 0
-        assert answer["failed"] == "" and answer["errors"] == [] and answer["requests"] > 3, answer
-        assert self.site.log == [], self.site.log  # all records came from plait serve
+    def beside_render(self):
+        """The same camera, size and lights as plait render."""
+        self.plait("generate", "icosphere", "ball.ply", "--vertices", "642")
+        self.plait("subdivide", "ball.ply", "ball.plait", "--levels", "2", "--normals")
+        self.plait("publish", "ball.plait", "ball", "--page")
+        self.plait("render", "ball.plait", "ball/render.png", "--size", "360x280")
+        self.difference_from_render("ball")
 
-    def little_memory(self, _):
+    def picture(self, store):
+        """What the page draws of a store, from `plait serve` or published: the pixels of both must be equal."""
+        script = "await rendered(); answer.picture = plait.canvas.toDataURL();"
+        self.plait("publish", f"{store}.plait", f"www-{store}", "--page", "--force")
+        published = self.shown(f"www-{store}", script, size=(360, 280))
+        with Serve(self.work, f"{store}.plait") as server:
+            served = self.shown(f"www-{store}", script, f"?store={server.address}", size=(360, 280))
+        assert [x for x in self.site.log if x[0] != "render.png"] == [], self.site.log  # all came from plait serve
+        assert served["requests"] > 3 and served["picture"] == published["picture"], store
+        return published["picture"]
+
+    def other_stores(self):
+        """Compressed, sharded, float64, with borders."""
+        self.plait("convert", "closed.plait", "small.plait", "--compress", "default")
+        self.plait("plan", "closed.ply", "closed.plan", "--levels", "3", "--normals", "--parts", "3")
+        for part in range(3):
+            self.plait("part", "closed.plan", part)
+        self.plait("join", "closed.plan", "sharded.plait")
+        assert list((self.work / "sharded.plait").glob("*.shard*")), "no shards"
+        expected = self.picture("closed")
+        for store in ("small", "sharded"):
+            assert self.picture(store) == expected, f"{store} looks otherwise"
+        self.plait("subdivide", "ball.ply", "wide.plait", "--levels", "2", "--normals", "--precision", "float64")
+        self.picture("wide")
+        shutil.copy(self.work / "ball/render.png", self.work / "www-wide")
+        self.difference_from_render("www-wide")
+        # A bowl upside down, which shades itself nowhere: plait render darkens hollows, the page does not.
+        side = [k / 5 - 1 for k in range(11)]
+        faces = [(x, x + 1, x + 12, x + 11) for j in range(10) for x in range(11 * j, 11 * j + 10)]
+        (self.work / "bowl.ply").write_text(
+            "ply\nformat ascii 1.0\nelement vertex 121\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 200\nproperty list uchar int vertex_indices\nend_header\n"
+            + "".join(f"{x} {1 - (x * x + y * y) / 2} {-y}\n" for y in side for x in side)
+            + "".join(f"3 {a} {b} {c}\n3 {a} {c} {d}\n" for a, b, c, d in faces))
+        self.plait("subdivide", "bowl.ply", "bowl.plait", "--levels", "3", "--normals")
+        self.picture("bowl")
+        self.plait("render", "bowl.plait", "www-bowl/render.png", "--size", "360x280")
+        self.difference_from_render("www-bowl")
+
+    def ranges_ignored(self):
+        answer = self.look("closed", "plait.pixelError = 0.01; plait.redraw(); await until(() => plait.failed);", ignore_ranges=True)
+        assert "does not know ranges" in answer["failed"] and answer["words"] == answer["failed"], answer
+
+    def errors_of_the_server(self):
+        self.shown("closed", "await settled();", broken=3)
+        assert self.site.broken == 0
+
+    def server_dies_and_comes_back(self):
+        servers = [Serve(self.work, "closed.plait")]
+        address = servers[0].address
+
+        def start():
+            servers.append(Serve(self.work, "closed.plait", servers[0].port))
+
+        try:
+            answer = self.shown("closed", """
+                await settled();
+                const before = plait.requests, words = document.getElementById("words");
+                await ask("kill");
+                document.getElementById("normals").onchange();  // forgets all pages
+                await until(() => words.textContent.includes("tries again"));
+                answer.told = words.textContent;
+                await ask("start");
+                await settled();
+                answer.more = plait.requests - before;
+                """, f"?store={address}", does={"kill": servers[0].kill, "start": start})
+        finally:
+            servers[-1].kill()
+        assert "does not answer" in answer["told"] and answer["more"] > 0, answer
+
+    def server_is_silent(self):
+        """A server that takes requests and never answers."""
+        levels = {path.name for path in (self.work / "closed").glob("attribute*.level*")}
+        answer = self.shown("closed", """
+            const words = document.getElementById("words");
+            await until(() => words.textContent.includes("tries again"));
+            answer.told = words.textContent;
+            await ask("answer");
+            plait.patience = 30000;
+            await settled();
+            """, early="plait.patience = 300;", held=levels, does={"answer": lambda: (self.site.held.clear(), self.site.release.set())})
+        assert "does not answer" in answer["told"], answer
+
+    def forged_view(self):
+        """Views that are no views: words, and nothing from elsewhere."""
+        view = (self.work / "closed/view").read_bytes()
+        table, packed = struct.unpack_from("<QQ", view, 104)
+        content = zlib.decompress(view[120 + table:120 + table + packed])
+        faces = struct.unpack_from("<Q", view, 48)[0]
+
+        def at(offset, form, *numbers):
+            forged = bytearray(view)
+            struct.pack_into(form, forged, offset, *numbers)
+            return bytes(forged)
+
+        def with_content(made):
+            z = zlib.compress(bytes(made))
+            return view[:112] + struct.pack("<Q", len(z)) + view[120:120 + table] + z + view[-8:]
+
+        def flipped(offset):
+            return with_content(content[:offset] + bytes([content[offset] ^ 85]) + content[offset + 1:])
+
+        name = b"attribute0.level03.1"
+        assert name in view
+        cases = {
+            "empty": b"", "short": view[:100], "cut": view[:-100], "magic": b"x" + view[1:], "format": at(8, "<I", 77),
+            "levels": at(12, "<I", 19), "many levels": at(12, "<I", 2**31), "vertices": at(40, "<Q", 2**50),
+            "faces": at(48, "<Q", 2**33), "no faces": at(48, "<Q", 0), "origin": at(64, "<d", float("nan")),
+            "step": at(88, "<d", 0.0), "error": at(96, "<d", float("inf")), "table": at(104, "<Q", 2**40),
+            "position": at(120, "<I", 9), "attributes": at(124, "<I", 2**31),
+            "name": view.replace(name, b"../../other/level03x"[:len(name)]), "type": view.replace(b"position\x01", b"position\x63"),
+            "packed": view[:-200] + bytes(100) + view[-100:], "bomb": with_content(bytes(50 << 20)),
+            "all faces one": with_content(bytes(4 * faces) + content[4 * faces:]),
+            **{f"byte {place} of the content": flipped(place) for place in (0, 5, faces // 2, faces + 2, len(content) // 2)},
+        }
+        for case, forged in cases.items():
+            answer = self.look("closed", "if (!plait.failed) await settled();", replaced={"view": forged})
+            assert answer["errors"] == [] and answer["words"] == answer["failed"], (case, answer)
+            if case.startswith("byte") and answer["failed"] == "":
+                continue  # another surface, which is one
+            assert "is not a view of a store" in answer["failed"], (case, answer["failed"])
+            assert {x[0] for x in self.site.log} <= {"view"}, (case, self.site.log)
+        answer = self.look("closed", "", replaced={"view": None})
+        assert "plait publish makes this file" in answer["failed"], answer
+
+    def store_changes(self):
+        """What is under the page goes, gets shorter, is of another version, or is no numbers."""
+        finest = "attribute0.level03.1"
+        whole = (self.work / "closed" / finest).read_bytes()
+        deeper = """
+            await settled();
+            await ask("change");
+            plait.pixelError = 0.001; document.getElementById("normals").onchange();
+            await until(() => plait.failed);
+            """
+        for changed in (None, whole[:4096], bytes(8) + whole[8:]):
+            def change(content=changed):
+                self.site.replaced[finest] = content
+            # The page has read the file before, so it knows how it was.
+            answer = self.look("closed", "plait.pixelError = 0.001; plait.redraw();" + deeper, does={"change": change})
+            assert "was changed" in answer["failed"] and answer["words"] == answer["failed"], answer
+            assert answer["errors"] == [] or changed is None, answer["errors"]
+        self.shown("closed", "plait.pixelError = 0.001; await settled();", replaced={finest: b"\xff" * len(whole)})
+
+    def little_memory(self):
         """What the memory cannot hold makes the allowed error larger, in words, and drawing goes on."""
-        answer = self.look("closed", """
-            plait.animate = false;
+        answer = self.shown("closed", """
             plait.gpu.free.length = 4;
             plait.gpu.rows = 4;
             plait.pixelError = 0.001;
@@ -272,26 +509,60 @@ class Test:
             await settled();
             answer.factor = plait.factor; answer.resident = plait.gpu.rowOfPage.filter(row => row >= 0).length;
             """)
-        assert answer["failed"] == "" and answer["errors"] == [], answer
         assert answer["factor"] > 1 and answer["resident"] <= 4 and "memory is full" in answer["figures"], answer
 
-    def ranges_ignored(self, _):
-        self.site.ignore_ranges = True
-        answer = self.look("closed", "plait.pixelError = 0.01; plait.redraw(); await until(() => plait.failed);")
-        self.site.ignore_ranges = False
-        assert "does not know ranges" in answer["failed"] and answer["words"] == answer["failed"], answer
-
-    def server_comes_back(self, _):
-        self.site.broken = 3
-        answer = self.look("closed", "plait.animate = false; await settled();")
-        assert self.site.broken == 0 and answer["failed"] == "" and answer["words"] == "", answer
+    def flight(self):
+        """A flight at 60 pictures a second, each fiftieth drawn, in a memory that is too small for the store."""
+        self.plait("subdivide", "closed.ply", "deep.plait", "--levels", "6", "--normals")
+        self.plait("publish", "deep.plait", "deep", "--page")
+        pictures = 7200 if LONG_FLIGHT else 900
+        answer = self.shown("deep", """
+            const pictures = %d, { view, gpu, camera } = plait, resident = () => gpu.rowOfPage.filter(row => row >= 0).length;
+            // Twice from nothing, with room for all: what was there before is not taken for there.
+            plait.pixelError = 4;
+            answer.resident = [];
+            for (let k = 0; k < 2; ++k) {
+              document.getElementById("normals").onchange();
+              await settled();
+              answer.resident.push(resident());
+            }
+            plait.animate = true;
+            plait.pixelError = 0.1;
+            let mostPages = 0, mostRequests = 0, stray = 0, heap = 0;
+            for (let k = 0; k < pictures; ++k) {
+              const t = k / 60;
+              camera.azimuth = 50 * t; camera.elevation = 40 * Math.sin(t / 3);
+              camera.distance = view.radius * (0.05 + 1.2 * (1 + Math.cos(t)));
+              camera.target = [0, 1, 2].map(axis => 0.5 * view.radius * Math.sin(t / 2 + 2 * axis));
+              plait.select(plait.cameraNow(), 1000 * t);
+              for (const flight of plait.inFlight)
+                if (!flight.abort.signal.aborted && flight.pages.every(page => gpu.seen[page] !== plait.frames)) ++stray;
+              mostPages = Math.max(mostPages, resident());
+              mostRequests = Math.max(mostRequests, plait.inFlight.size);
+              if (k %% 50 === 0) plait.draw(plait.cameraNow());
+              if (k %% 5 === 0) await new Promise(done => setTimeout(done));
+              if (k === pictures >> 2) { gc(); heap = performance.memory.usedJSHeapSize; }
+            }
+            await settled();
+            gc();
+            Object.assign(answer, { mostPages, mostRequests, stray, rows: gpu.rows, pages: gpu.pageCount, card: gpu.bytes,
+              grown: performance.memory.usedJSHeapSize - heap });
+            """ % pictures, "?memory=4", size=(640, 480))
+        assert answer["pages"] > answer["rows"] == 102, answer["rows"]
+        assert answer["resident"][0] == answer["resident"][1] and 0 < answer["resident"][0] <= 30, answer["resident"]
+        assert answer["rows"] * 0.9 < answer["mostPages"] <= answer["rows"], answer["mostPages"]
+        assert answer["mostRequests"] <= 6 and answer["stray"] == 0, (answer["mostRequests"], answer["stray"])
+        assert answer["card"] < 5 << 20 and answer["grown"] < 8 << 20, (answer["card"], answer["grown"])
+        saw = collections.Counter(x for x in self.site.log if x[0] != "index.html")
+        planned, read = (collections.Counter(map(tuple, answer[name])) for name in ("planned", "log"))
+        assert saw <= planned and read <= saw, "requests"  # some were aborted before the server saw them
+        print(f"viewer_test: {pictures} pictures, {sum(planned.values())} requests planned, {sum(read.values())} read whole")
 
 
 if BROWSER is None:
     print("viewer_test: skipped, because chromium is not installed (tools/dev/install_packages.sh pages)")
     sys.exit(77)
-with tempfile.TemporaryDirectory() as work:
-    kept = sys.argv[2] if len(sys.argv) > 2 else None
-    if kept:
-        os.makedirs(kept, exist_ok=True)
-    Test(work, kept).run()
+with tempfile.TemporaryDirectory() as folder:
+    if PICTURES:
+        os.makedirs(PICTURES, exist_ok=True)
+    Test(folder).run()

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "serve/served_store.h"
+#include "publish/served_store.h"
 
 namespace plait {
 

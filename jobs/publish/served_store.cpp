@@ -1,4 +1,4 @@
-#include "serve/served_store.h"
+#include "publish/served_store.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "plait/extend/store_access.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 std::string_view text_of(std::span<const std::byte> bytes) {
@@ -17,9 +17,8 @@ std::string_view text_of(std::span<const std::byte> bytes) {
 }  // namespace
 
 ServedStore::ServedStore(Store& store, const ProgressCallback& progress)
-    : store_(store),
-      view_(view_of(store, progress)),
-      records_(viewed_files(store)),
+    : view_(view_of(store, progress)),
+      reader_(store),
       session_(StoreAccess::open_session(store, {.policy = EvictionPolicy::kClock})) {
   const std::string_view page = viewer_page();
   const File html{"text/html; charset=utf-8", page.size(), page};
@@ -27,7 +26,14 @@ ServedStore::ServedStore(Store& store, const ProgressCallback& progress)
   files_["/index.html"] = html;
   const std::string binary = "application/octet-stream";
   files_["/view"] = {binary, view_.size(), text_of(view_)};
-  for (const ViewedFile& file : records_) files_["/" + file.name] = {binary, file.bytes, {}, &file};
+  const Store& readable = store;
+  for (const ViewedFile& file : viewed_files(store)) {
+    File& served = files_['/' + file.name] = {binary, file.bytes};
+    if (file.level == store.base_level())
+      served.base = readable.base_bytes(file.attribute);
+    else
+      served.level = &StoreAccess::level_file(readable, file.attribute, file.level);
+  }
   // The last eight bytes of a view are the checksum of all others.
   for (std::size_t i = view_.size() - 8; i < view_.size(); ++i)
     tag_ += fmt::format("{:02x}", std::to_integer<int>(view_[i]));
@@ -39,16 +45,13 @@ const ServedStore::File* ServedStore::find(const std::string& path) const {
 }
 
 void ServedStore::read(const File& file, std::uint64_t offset, std::span<std::byte> into) const {
-  if (file.records == nullptr) {
-    std::memcpy(into.data(), file.text.data() + offset, into.size());
+  if (file.level == nullptr) {
+    const std::byte* const whole =
+        file.base.empty() ? reinterpret_cast<const std::byte*>(file.text.data()) : file.base.data();
+    std::memcpy(into.data(), whole + offset, into.size());
     return;
   }
-  const auto [name, attribute, level, bytes] = *file.records;
-  if (level == store_.base_level()) {
-    std::memcpy(into.data(), store_.base_bytes(attribute).data() + offset, into.size());
-    return;
-  }
-  const LevelFile& of = StoreAccess::level_file(store_, attribute, level);
+  const LevelFile& of = *file.level;
   while (!into.empty()) {
     const std::uint64_t block = of.geometry.block_at(offset);
     const PinnedBlock pinned = session_.pin(of, block);
@@ -61,4 +64,4 @@ void ServedStore::read(const File& file, std::uint64_t offset, std::span<std::by
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,33 +1,39 @@
-// serve/served_store.h: the files of a store that a viewer reads, made from the open store: no file
-// of the disk is named by a request.
+// publish/served_store.h: the files of a store that a viewer reads, made from the open store: no
+// file of the disk is named by a request.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
+#include "plait/detail/namespace.h"
 #include "plait/extend/session.h"
 #include "plait/progress.h"
+#include "plait/reader.h"
 #include "plait/store.h"
 #include "publish/make_view.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
-/// Threads: shared (docs/threads.md). The store must outlive this object.
+/// Threads: shared (docs/threads.md). Counts as a reader of the store.
 class ServedStore {
  public:
   struct File {
     std::string content_type;
     std::uint64_t bytes = 0;
-    std::string_view text = {};  ///< the whole file, if it is not one of records
-    const ViewedFile* records = nullptr;
+    std::string_view text = {};            ///< the whole file, if it is not one of records
+    std::span<const std::byte> base = {};  ///< the whole file, if it is one of base records
+    const LevelFile* level = nullptr;      ///< whose records the file has
   };
 
   /// Reads or makes the view. Errors: those of view_of().
   ServedStore(Store& store, const ProgressCallback& progress);
+  ServedStore(const ServedStore&) = delete;
+  ServedStore& operator=(const ServedStore&) = delete;
 
   /// The file that a viewer asks for as "/NAME"; nullptr if there is none.
   const File* find(const std::string& path) const;
@@ -42,12 +48,11 @@ class ServedStore {
   const std::string& tag() const { return tag_; }
 
  private:
-  const Store& store_;
   std::vector<std::byte> view_;
-  std::vector<ViewedFile> records_;
   std::unordered_map<std::string, File> files_;
   std::string tag_;
+  Reader reader_;  ///< keeps the store as it is, and its files open
   mutable Session session_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE
