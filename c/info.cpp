@@ -150,8 +150,8 @@ plait_status plait_store_get_depths(const plait_store* store, int32_t* depths, u
   });
 }
 
-plait_status plait_store_get_triangles(const plait_store* store, int32_t level,
-                                       uint32_t* triangles, uint64_t capacity, uint64_t* count) {
+plait_status plait_store_get_triangles(const plait_store* store, int32_t level, uint32_t* triangles,
+                                       uint64_t capacity, uint64_t* count) {
   return guarded("plait_store_get_triangles", [&] {
     const plait::Store& of = read_store(store);
     check_given(triangles, "triangles");
@@ -162,13 +162,13 @@ plait_status plait_store_get_triangles(const plait_store* store, int32_t level,
     const int refinements = level - of.base_level();
     const plait::LevelCounts counts = plait::counts_at_level(of.base(), refinements);
     if (counts.vertices > UINT32_MAX)
-      throw plait::Error(plait::ErrorCode::kInvalidArgument,
-                         fmt::format("level {}: {} vertices, expected fewer than 2^32", level,
-                                     counts.vertices));
+      throw plait::Error(
+          plait::ErrorCode::kInvalidArgument,
+          fmt::format("level {}: {} vertices, expected fewer than 2^32", level, counts.vertices));
     if (capacity < counts.faces)
-      throw plait::Error(plait::ErrorCode::kInvalidArgument,
-                         fmt::format("capacity: expected {} triangles or more, found {}",
-                                     counts.faces, capacity));
+      throw plait::Error(
+          plait::ErrorCode::kInvalidArgument,
+          fmt::format("capacity: expected {} triangles or more, found {}", counts.faces, capacity));
     const plait::PatchSelection patches(of.base(), refinements, plait::all_faces(of.base()));
     plait::for_each_numbered_triangle(
         patches,
