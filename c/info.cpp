@@ -1,7 +1,10 @@
 // What a store contains.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 
+#include "export/numbered_triangles.h"
 #include "guard.h"
 #include "handles.h"
 #include "plait.h"
@@ -144,6 +147,37 @@ plait_status plait_store_get_depths(const plait_store* store, int32_t* depths, u
                          "count: expected " + std::to_string(of.base().face_count()) +
                              ", one for each face, found " + std::to_string(count));
     for (plait::FaceId face = 0; face < count; ++face) depths[face] = of.depth(face);
+  });
+}
+
+plait_status plait_store_get_triangles(const plait_store* store, int32_t level, uint32_t* triangles,
+                                       uint64_t capacity, uint64_t* count) {
+  return guarded("plait_store_get_triangles", [&] {
+    const plait::Store& of = read_store(store);
+    check_given(triangles, "triangles");
+    if (level < of.base_level() || level > of.finest_level())
+      throw plait::Error(plait::ErrorCode::kInvalidArgument,
+                         fmt::format("level: expected {} to {}, found {}", of.base_level(),
+                                     of.finest_level(), level));
+    const int refinements = level - of.base_level();
+    const plait::LevelCounts counts = plait::counts_at_level(of.base(), refinements);
+    if (counts.vertices > UINT32_MAX)
+      throw plait::Error(
+          plait::ErrorCode::kInvalidArgument,
+          fmt::format("level {}: {} vertices, expected fewer than 2^32", level, counts.vertices));
+    if (capacity < counts.faces)
+      throw plait::Error(
+          plait::ErrorCode::kInvalidArgument,
+          fmt::format("capacity: expected {} triangles or more, found {}", counts.faces, capacity));
+    const plait::PatchSelection patches(of.base(), refinements, plait::all_faces(of.base()));
+    plait::for_each_numbered_triangle(
+        patches,
+        [&](plait::FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+          for (const std::uint64_t corner : {a, b, c})
+            *triangles++ = static_cast<std::uint32_t>(corner);
+        },
+        [](std::uint64_t) {});
+    if (count != nullptr) *count = counts.faces;
   });
 }
 

@@ -30,7 +30,9 @@ std::string convert_text(const nlohmann::ordered_json& report) {
   if (report.contains("digest"))
     text += fmt::format("read back: digest {}, {}\n", word("digest"),
                         report.contains("max_error") ? "every record within its bound of the source"
-                                                     : "equal to that of the source");
+                        : report.value("filled_vertices", std::uint64_t{0}) > 0
+                            ? "with every record of the source"
+                            : "equal to that of the source");
   return text;
 }
 
@@ -52,11 +54,17 @@ void add_convert_command(CommandLine& program, CommandContext& context) {
            " --verify then compares\n"
            "every record with INPUT. --max-error implies --compress default.\n"
            "\n"
+           "A store whose faces have depths of their own (plait prune) cannot be subdivided and "
+           "the\n"
+           "like; its copy with --depth uniform can. The vertices that it lacks are put in the\n"
+           "middle between their parents, and their number is said.\n"
+           "\n"
            "Examples:\n"
            "  plait convert surface.plait small.plait --compress small\n"
            "  plait convert surface.plait mixed.plait --compress default --compress @5-=fast\n"
            "  plait convert surface.plait lossy.plait --max-error 1e-6rel --max-error normal=1e-3\n"
-           "  plait convert small.plait fast.plait --backend mmap --block 256KiB --verify",
+           "  plait convert small.plait fast.plait --backend mmap --block 256KiB --verify\n"
+           "  plait convert near.plait all.plait --depth uniform",
        convert_text});
 }
 

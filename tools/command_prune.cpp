@@ -27,7 +27,7 @@ std::string prune_text(const nlohmann::ordered_json& report) {
     text +=
         fmt::format("{} faces made deeper, because of their neighbours\n", number("raised_faces"));
   if (report.contains("distance"))
-    text += fmt::format("largest distance of a vertex from what is drawn: {:.6g}\n",
+    text += fmt::format("largest distance between the finest level and what is drawn: {:.6g}\n",
                         report["distance"].get<double>());
   return text;
 }
@@ -46,7 +46,9 @@ void add_prune_command(CommandLine& program, CommandContext& context) {
            "neighbours differ in depth, plait export draws the shallower one with the vertices of\n"
            "the deeper one on their side, so no gap is left; --max-distance counts with that.\n"
            "\n"
-           "Works that need a level of all faces refuse the store: subdivide, pass, render, plan.\n"
+           "Works that need a level of all faces refuse the store: subdivide, pass, plan, publish. "
+           "They\n"
+           "work on a copy by plait convert --depth uniform.\n"
            "\n"
            "Examples:\n"
            "  plait prune surface.plait near.plait --max-distance 0.01%\n"

@@ -322,6 +322,16 @@ PLAIT_API plait_status plait_store_get_counts(const plait_store* store, int32_t 
  * of plait_store_get_faces(). Errors: INVALID_ARGUMENT for another count. */
 PLAIT_API plait_status plait_store_get_depths(const plait_store* store, int32_t* depths,
                                               uint64_t count);
+/* The triangles of the whole mesh at a level, three vertices for each, counterclockwise; of a face
+ * with fewer levels those of its own depth, with the vertices of deeper neighbours on its sides, so
+ * that no gap is left. Vertices are numbered as plait_reader_read_vertices() does level by level:
+ * those of the base level, then those of each finer level. Triangles are in the order of the faces.
+ * `capacity` is the room of `triangles` in triangles: plait_store_get_counts() says how many there
+ * are. Errors: INVALID_ARGUMENT for a level, for too little room and for 2^32 vertices or more;
+ * OUT_OF_MEMORY. */
+PLAIT_API plait_status plait_store_get_triangles(const plait_store* store, int32_t level,
+                                                 uint32_t* triangles, uint64_t capacity,
+                                                 uint64_t* count);
 /* The corners of the base faces, three vertices for each face. Face f is patch f. Valid until the
  * store ends. */
 PLAIT_API plait_status plait_store_get_faces(const plait_store* store, const uint32_t** triangles,

@@ -143,6 +143,15 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
   throw out_of_memory("copy levels");
 }
 
+void copy_notes(const Store& from, Store& to) {
+  for (const auto& [name, text] : from.notes().texts()) to.notes().set_text(name, text);
+  for (const AttributeSchema& schema : from.notes().face_attributes()) {
+    to.notes().add_face_attribute(schema);
+    std::ranges::copy(from.notes().face_bytes(schema.name),
+                      to.notes().face_bytes(schema.name).begin());
+  }
+}
+
 void copy_levels(Store& from, Store& to, const ProgressCallback& progress,
                  const ErrorBounds& bounds, bool changes_later) try {
   StoreAccess::set_provenance(to, from.provenance());
@@ -152,12 +161,7 @@ void copy_levels(Store& from, Store& to, const ProgressCallback& progress,
   const ProgressCallback count = [&](const Progress& now) {
     return !progress || progress({now.phase, done_bytes + now.done, total_bytes});
   };
-  for (const auto& [name, text] : from.notes().texts()) to.notes().set_text(name, text);
-  for (const AttributeSchema& schema : from.notes().face_attributes()) {
-    to.notes().add_face_attribute(schema);
-    std::ranges::copy(std::as_const(from).notes().face_bytes(schema.name),
-                      to.notes().face_bytes(schema.name).begin());
-  }
+  copy_notes(from, to);
   std::vector<AttributeId> copies;
   for (const AttributeInfo& info : from.attributes())
     copies.push_back(to.add_attribute(info.schema));

@@ -244,6 +244,12 @@ BaseMesh BaseMesh::with_depths(std::vector<std::uint8_t> depths) const {
   return result;
 }
 
+BaseMesh BaseMesh::without_depths() const {
+  BaseMesh result = *this;
+  result.depths_ = nullptr;
+  return result;
+}
+
 LevelGeometry BaseMesh::geometry(BaseRelativeLevel level, std::size_t record_bytes,
                                  std::uint64_t block_bytes) const {
   if (depths_) return {depths_->shapes(level), level, record_bytes, block_bytes};

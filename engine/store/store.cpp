@@ -87,7 +87,8 @@ void StoreAccess::refuse_depths(const Store& store, std::string_view verb, int l
   throw Error(
       ErrorCode::kNotSupported,
       fmt::format("{} {}: level {} needs all faces, and the faces have depths of their own, "
-                  "{} to {}: take the store that it was pruned from, or level {}",
+                  "{} to {}: take the store that it was pruned from, level {}, or a copy by plait "
+                  "convert --depth uniform",
                   verb, store.state().name(), level, store.base_level() + depths->shallowest(),
                   store.base_level() + depths->deepest(),
                   store.base_level() + depths->shallowest()))

@@ -7,6 +7,7 @@
 
 #include "conversion/copy_options.h"
 #include "conversion/read_back.h"
+#include "conversion/uniform_levels.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
 #include "plait/extend/store_access.h"
@@ -78,13 +79,30 @@ void choose_options(const ConversionRequest& request, const Store& source,
   if (request.no_index) options.base_index = false;
 }
 
+BaseMesh base_of_copy(const ConversionRequest& request, Store& source) {
+  if (request.base) return request.base(source);
+  return request.uniform ? source.base().without_depths() : source.base();
+}
+
 }  // namespace
+
+std::uint64_t vertices_of(const Store& store) {
+  std::uint64_t vertices = store.base().vertex_count();
+  for (int level = store.base_level() + 1; level <= store.finest_level(); ++level)
+    vertices += StoreAccess::geometry(store, 1, level).total_bytes();
+  return vertices;
+}
 
 ConversionResult convert(const ConversionRequest& request, const BackendRegistry& source_backends,
                          const BackendRegistry& backends, const JobWatch& watch) {
   OpenOptions open;
   open.budget_bytes = request.budget_bytes / 2;
   open.parallel_for = request.parallel_for;
+  if (request.uniform && !request.max_errors.empty())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("convert {}: depth uniform and max-error in one step: expected one of "
+                            "them, then the other on the copy",
+                            request.from.native()));
   Store source = Store::open(request.from, open, source_backends);
   ConversionResult result;
   choose_options(request, source, backends, result);
@@ -93,28 +111,30 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
   const auto make = [&](const std::filesystem::path& path) {
     result.from_stored_bytes = source.info().stored_bytes;
     result.from_backend = source.options().backend;
-    Store copy = Store::create(path, request.base ? request.base(source) : source.base(),
-                               result.options, backends, source.provenance());
+    const bool fills = request.uniform && source.has_depths();
+    Store copy = Store::create(path, base_of_copy(request, source), result.options, backends,
+                               source.provenance());
     if (request.uuid) set_uuid(copy, *request.uuid);
     tell_notices(copy, watch.warn);
     const bool changes_later = static_cast<bool>(request.change);
-    copy_levels(source, copy, begin_step(watch, changes_later ? "copy" : "convert"),
-                request.max_errors, changes_later);
-    if (changes_later) {
-      request.change(copy);
-      copy.finish_encoding(begin_step(watch, "encode"));
-    }
+    const ProgressCallback progress = begin_step(watch, changes_later ? "copy" : "convert");
+    if (fills)
+      fill_levels(source, copy, progress);
+    else
+      copy_levels(source, copy, progress, request.max_errors, changes_later);
+    if (changes_later) request.change(copy);
+    if (changes_later || fills) copy.finish_encoding(begin_step(watch, "encode"));
     for (const auto& [name, bound] : request.max_errors.all())
       result.roundings[name] = *StoreAccess::rounding(copy, copy.attribute(name));
     copy.commit();
     result.stored_bytes = copy.info().stored_bytes;
-    for (int level = copy.base_level(); level <= copy.finest_level(); ++level)
-      result.vertices += level == copy.base_level()
-                             ? copy.base().vertex_count()
-                             : StoreAccess::geometry(copy, 1, level).total_bytes();
+    result.vertices = vertices_of(copy);
+    if (fills) result.filled_vertices = result.vertices - vertices_of(source);
     copy.close();
     if (request.finish) request.finish(path);
-    if (request.verify)
+    if (request.verify && fills)
+      result.digest = compare_filled_copy(source, path, open, request.threads, backends, watch);
+    else if (request.verify)
       result.digest = request.max_errors.empty()
                           ? compare_copy(source, path, open, request.threads, backends, watch)
                           : compare_rounded_copy(source, path, open, request.threads, backends,

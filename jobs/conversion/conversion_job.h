@@ -44,6 +44,10 @@ struct ConversionRequest {
   /// Called after the commit with the path of the copy, which does not have its name yet: adds
   /// optional files. After an error no copy is left.
   std::function<void(const std::filesystem::path& copy)> finish = {};
+  /// Each face gets all levels; those that it did not have are filled
+  /// (conversion/uniform_levels.h). Then `verify` compares the records that the source has. Not
+  /// with `max_errors` or `change`.
+  bool uniform = false;
   const char* verb = "convert";           ///< begins messages
   std::optional<StoreUuid> uuid = {};     ///< of the copy; nothing: a new one
   Existing existing = Existing::kRefuse;  ///< whether the copy may replace a store
@@ -57,9 +61,13 @@ struct ConversionResult {
   std::string from_backend;  ///< of the source
   std::uint64_t from_stored_bytes = 0, stored_bytes = 0;
   std::uint64_t vertices = 0;                 ///< of the copy, of all levels
+  std::uint64_t filled_vertices = 0;          ///< with `uniform`, those that the source lacks
   std::map<std::string, Rounding> roundings;  ///< of the rounded attributes, by name
   std::string digest;                         ///< with `verify`, of the copy
 };
+
+/// Vertices of all levels, as the store's depths leave them.
+std::uint64_t vertices_of(const Store& store);
 
 /// Copies a store. After an error no copy is left. Removes left-overs of killed runs with the same
 /// output. Does not print and does not handle signals. `source_backends` open the source,

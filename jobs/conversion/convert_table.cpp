@@ -1,4 +1,6 @@
 // The job "convert".
+#include <fmt/format.h>
+
 #include "conversion/conversion_job.h"
 #include "job.h"
 #include "job_rules.h"
@@ -29,6 +31,16 @@ JobReport run_convert(ConvertArguments& arguments, const JobCall& call) {
                       {"made_blocks", made_blocks_json(done.store, call.backends)}};
   for (const auto& [name, rounding] : done.roundings)
     report["max_error"][name] = rounding_json(rounding);
+  if (arguments.uniform) {
+    report["vertices"] = done.vertices;
+    report["filled_vertices"] = done.filled_vertices;
+    if (done.filled_vertices > 0 && call.watch.warn)
+      call.watch.warn(fmt::format(
+          "convert {}: faces had depths of their own, so {} of {} vertices of the copy are filled "
+          "by the midpoint rule; plait digest {} --against {} compares the others",
+          arguments.from.native(), done.filled_vertices, done.vertices, arguments.from.native(),
+          done.store.native()));
+  }
   if (!done.digest.empty()) report["digest"] = done.digest;
   return report;
 }
@@ -44,6 +56,15 @@ Job convert_job() {
              "The backend of the copy (see below); auto: chosen by its size; default: as in INPUT");
   table.compress(&ConvertArguments::compress);
   table.max_error(&ConvertArguments::max_error);
+  table
+      .choice(
+          "depth", {"kept", "uniform"},
+          [](ConvertArguments& arguments, const std::string& name) {
+            arguments.uniform = name == "uniform";
+          },
+          "Depths of faces: as in INPUT, or all levels for each face, where missing vertices are "
+          "filled by the midpoint rule")
+      .by_default("kept");
   table.bytes("block", &ConvertArguments::block_bytes, std::string(kBlockOfCopyHelp));
   table.flag("no-index", &ConvertArguments::no_index, std::string(kNoIndexHelp));
   table.bytes("memory", &ConvertArguments::budget_bytes,

@@ -9,6 +9,7 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
+#include "prune/compare_pruned.h"
 #include "store/attribute_levels.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -73,6 +74,20 @@ std::string compare_rounded_copy(Store& source, const std::filesystem::path& cop
     done += bytes_of_levels(source, id);
   }
   return watched_digest(opened, "digest of the source", threads, watch);
+}
+
+std::string compare_filled_copy(Store& source, const std::filesystem::path& copy,
+                                const OpenOptions& open, int threads,
+                                const BackendRegistry& backends, const JobWatch& watch) {
+  drop_from_page_cache(copy);
+  Store opened = Store::open(copy, open, backends);
+  const PrunedComparison found =
+      compare_pruned(source, opened, begin_step(watch, "read the copy back"));
+  if (found.difference)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("read back {}: expected the records of {}: {}", copy.native(),
+                            source.path().native(), *found.difference));
+  return watched_digest(opened, "digest of the copy", threads, watch);
 }
 
 PLAIT_END_NAMESPACE

@@ -30,4 +30,9 @@ std::string compare_rounded_copy(Store& source, const std::filesystem::path& cop
                                  const BackendRegistry& backends, const ErrorBounds& bounds,
                                  const JobWatch& watch = {});
 
+/// The same for a copy that has more levels of some faces: compares every record that `source` has.
+std::string compare_filled_copy(Store& source, const std::filesystem::path& copy,
+                                const OpenOptions& open, int threads,
+                                const BackendRegistry& backends, const JobWatch& watch = {});
+
 PLAIT_END_NAMESPACE

@@ -180,11 +180,9 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   check_position(store, position);
   const int level = request.level >= 0 ? request.level : store.attributes()[position].finest_level;
   check_level(store, position, level);
-  if (is_gltf(format) || format == MeshFormat::kStl || format == MeshFormat::kPvtp)
-    StoreAccess::refuse_depths(
-        store,
-        fmt::format("export to {} (.ply, .obj, .off and .vtp can have it)", format_name(format)),
-        level);
+  // A piece ends where the next one begins, whose vertices it does not have.
+  if (format == MeshFormat::kPvtp)
+    StoreAccess::refuse_depths(store, "export to .pvtp (all others can have it)", level);
   const std::vector<AttributeId> extras =
       chosen_attributes(store, position, level, format, request);
   check_face_attributes(store, format, request);

@@ -49,7 +49,10 @@ GltfDocument::GltfDocument(const ExportTask& task, const GltfPlacement& placemen
       placement_(&placement),
       patch_vertices_(patch_vertex_count(std::int64_t{1} << task.patches.refinements())) {
   const std::uint64_t patches = task.patches.faces().size();
-  if (patch_vertices_ <= kMostOf16Bits) {
+  if (!has_equal_patches()) {
+    patches_of_group_ = patches;
+    index_bytes_ = vertices() <= kMostOf16Bits ? 2 : 4;
+  } else if (patch_vertices_ <= kMostOf16Bits) {
     patches_of_group_ = std::min(kMostOf16Bits / patch_vertices_, patches);
     index_bytes_ = 2;
   }

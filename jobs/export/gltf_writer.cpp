@@ -11,6 +11,8 @@
 #include "export/format_writers.h"
 #include "export/gltf_document.h"
 #include "export/gltf_survey.h"
+#include "export/numbered_triangles.h"
+#include "export/vertex_stream.h"
 #include "plait/extend/vertex_numbering.h"
 #include "plait/reader.h"
 
@@ -34,11 +36,16 @@ class GltfWriter {
 
   void write() {
     write_indices();
-    std::vector<std::string> names;
+    if (document_.has_equal_patches()) {
+      write_groups();
+      return;
+    }
     for (const GltfColumn& column : document_.columns())
-      names.push_back(task_.schema(column.attribute).name);
-    const Reader reader(task_.store, {.attributes = names, .policy = EvictionPolicy::kLayoutOrder});
-    for (const GltfColumn& column : document_.columns()) write_column(reader, column);
+      stream_vertices(task_.store, std::span(&column.attribute, 1), task_.patches,
+                      [&](auto records, std::size_t count) {
+                        write_numbers(column, records[0], count, 0);
+                        report(document_.vertices() * document_.columns().size(), count);
+                      });
   }
   std::span<const GltfBounds> bounds() const { return bounds_; }
   const Moved& moved() const { return moved_; }
@@ -46,19 +53,33 @@ class GltfWriter {
  private:
   template <class Index>
   void write_indices_as() {
-    const std::int64_t size = std::int64_t{1} << task_.patches.refinements();
-    for (std::uint64_t patch = 0; patch < document_.patches_of_group(); ++patch)
-      for_each_triangle(task_.patches.refinements(), [&](const std::array<FacePoint, 3>& corners) {
-        std::array<Index, 3> triangle{};
-        for (std::size_t corner = 0; corner < 3; ++corner)
-          triangle[corner] = static_cast<Index>(
-              patch * document_.patch_vertices() +
-              static_cast<std::uint64_t>(patch_vertex(size, corners[corner].i, corners[corner].j)));
-        output_.write(std::as_bytes(std::span(triangle)));
-      });
-    const std::uint64_t bytes = document_.patches_of_group() * 3 * sizeof(Index)
-                                << (2 * task_.patches.refinements());
-    output_.write(std::string_view("\0\0\0", (4 - bytes % 4) % 4));
+    std::uint64_t written = 0;
+    const auto write = [&](std::array<Index, 3> triangle) {
+      output_.write(std::as_bytes(std::span(triangle)));
+      written += sizeof triangle;
+    };
+    if (!document_.has_equal_patches()) {
+      for_each_numbered_triangle(
+          task_.patches,
+          [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+            write({static_cast<Index>(a), static_cast<Index>(b), static_cast<Index>(c)});
+          },
+          [&](std::uint64_t) { task_.progress(0); });
+    } else {
+      const std::int64_t size = std::int64_t{1} << task_.patches.refinements();
+      for (std::uint64_t patch = 0; patch < document_.patches_of_group(); ++patch)
+        for_each_triangle(
+            task_.patches.refinements(), [&](const std::array<FacePoint, 3>& corners) {
+              std::array<Index, 3> triangle{};
+              for (std::size_t corner = 0; corner < 3; ++corner)
+                triangle[corner] =
+                    static_cast<Index>(patch * document_.patch_vertices() +
+                                       static_cast<std::uint64_t>(patch_vertex(
+                                           size, corners[corner].i, corners[corner].j)));
+              write(triangle);
+            });
+    }
+    output_.write(std::string_view("\0\0\0", (4 - written % 4) % 4));
   }
   void write_indices() {
     if (document_.index_bytes() == 2)
@@ -67,28 +88,44 @@ class GltfWriter {
       write_indices_as<std::uint32_t>();
   }
 
-  void write_column(const Reader& reader, const GltfColumn& column) {
+  void write_groups() {
+    std::vector<std::string> names;
+    for (const GltfColumn& column : document_.columns())
+      names.push_back(task_.schema(column.attribute).name);
+    const Reader reader(task_.store, {.attributes = names, .policy = EvictionPolicy::kLayoutOrder});
+    std::vector<std::byte> records;
+    for (const GltfColumn& column : document_.columns())
+      for (std::uint64_t number = 0; number < document_.group_count(); ++number) {
+        const AttributeSchema& schema = task_.schema(column.attribute);
+        const std::span<const FaceId> faces = document_.group(number);
+        const std::size_t count = faces.size() * document_.patch_vertices();
+        records.resize(count * schema.record_bytes());
+        reader.copy_patches(schema.name, faces, task_.level, records);
+        write_numbers(column, records, count, number);
+        report(document_.group_count() * document_.columns().size(), 1);
+      }
+  }
+  /// `group`: that of the vertices.
+  void write_numbers(const GltfColumn& column, std::span<const std::byte> records,
+                     std::size_t count, std::uint64_t group) {
     const AttributeSchema& schema = task_.schema(column.attribute);
     const std::size_t bytes = schema.record_bytes();
-    std::vector<std::byte> records, numbers;
-    for (std::uint64_t number = 0; number < document_.group_count(); ++number) {
-      const std::span<const FaceId> faces = document_.group(number);
-      const std::size_t count = faces.size() * document_.patch_vertices();
-      records.resize(count * bytes);
-      reader.copy_patches(schema.name, faces, task_.level, records);
-      numbers.assign(count * column.stride, std::byte{0});
-      for (std::size_t at = 0; at < count; ++at) {
-        double error = 0;
-        const GltfVector point = convert_record(
-            std::span(records).subspan(at * bytes, bytes), schema.type, column, placement_,
-            std::span(numbers).subspan(at * column.stride, column.stride), error);
-        if (error > 0) moved_ = {std::max(moved_.most, error), moved_.count + 1};
-        if (column.attribute == task_.position) extend(bounds_[number], point);
-      }
-      output_.write(numbers);
-      const std::uint64_t steps = document_.group_count() * document_.columns().size();
-      task_.progress((task_.vertices() + task_.triangles()) * ++done_ / steps);
+    numbers_.assign(count * column.stride, std::byte{0});
+    for (std::size_t at = 0; at < count; ++at) {
+      double error = 0;
+      const GltfVector point =
+          convert_record(records.subspan(at * bytes, bytes), schema.type, column, placement_,
+                         std::span(numbers_).subspan(at * column.stride, column.stride), error);
+      if (error > 0) moved_ = {std::max(moved_.most, error), moved_.count + 1};
+      if (column.attribute == task_.position) extend(bounds_[group], point);
     }
+    output_.write(numbers_);
+  }
+  void report(std::uint64_t steps, std::uint64_t more) {
+    done_ += more;
+    const double share = static_cast<double>(done_) / static_cast<double>(steps);
+    task_.progress(static_cast<std::uint64_t>(
+        static_cast<double>(task_.vertices() + task_.triangles()) * share));
   }
 
   const ExportTask& task_;
@@ -96,6 +133,7 @@ class GltfWriter {
   const GltfPlacement& placement_;
   OutputStream& output_;
   std::vector<GltfBounds> bounds_;
+  std::vector<std::byte> numbers_;
   std::uint64_t done_ = 0;
   Moved moved_;
 };

@@ -16,17 +16,16 @@ struct DistanceDepths {
   std::vector<std::uint8_t> depths;  ///< [face] refinements of the base mesh
   std::uint64_t raised = 0;          ///< faces that balance has made deeper
   double tolerance = 0;              ///< as a length
-  double distance = 0;               ///< the largest that a vertex has from what is drawn
+  double distance = 0;               ///< the largest between the finest level and what is drawn
 };
 
-/// For each face the smallest depth at which none of its vertices of the finest level is farther
-/// than the tolerance from what is drawn of the face (plait/detail/drawn_triangles.h): first with
-/// sides as coarse as the face, then, after neighbours were made alike, with their sides as they
-/// are. A face that is then too far becomes deeper, until none is. The diagonal is that of
-/// the box around the base vertices. Memory: one patch of the finest
-/// level, and 9 bytes for each face. Errors: kInvalidArgument for
-/// positions that are not float32 x 3 or float64 x 3; kBudget for a patch of more than half of the
-/// budget; kCancelled; those of Reader.
+/// For each face the smallest depth at which the finest level and what is drawn of the face
+/// (plait/detail/drawn_triangles.h) are at most the tolerance from each other (PatchDistance):
+/// first with sides as coarse as the face, then, after neighbours were made alike, with their sides
+/// as they are. A face that is then too far becomes deeper, until none is. The diagonal is that of
+/// the box around the base vertices. Memory: one patch of the finest level, and 9 bytes for each
+/// face. Errors: kInvalidArgument for positions that are not float32 x 3 or float64 x 3; kBudget
+/// for a patch of more than half of the budget; kCancelled; those of Reader.
 DistanceDepths depths_by_distance(const Store& store, const RelativeLength& wanted, int balance,
                                   const JobWatch& watch);
 

@@ -2,14 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+namespace {
+
+constexpr double kKeptBack = 1.0 / 32;
+
+/// The neighbours of a point of a grid, counterclockwise.
+constexpr FacePoint kRing[] = {{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}};
+
+}  // namespace
+
 PatchDistance::PatchDistance(int levels, double tolerance)
     : size_(std::int64_t{1} << levels),
       levels_(levels),
-      tolerance_(tolerance),
+      tolerance_(tolerance * (1 - kKeptBack)),
       vertices_(patch_vertex_count(size_)) {}
 
 /// From the triangles in the cells of the face's own grid that are at most `reach` cells away.
@@ -22,8 +32,7 @@ double PatchDistance::squared_distance(const DrawnDepths& depths, std::int64_t i
     const Point q =
         closest_of_triangle(p, at(a.i << finer, a.j << finer), at(b.i << finer, b.j << finer),
                             at(c.i << finer, c.j << finer));
-    const double x = p.x - q.x, y = p.y - q.y, z = p.z - q.z;
-    if (const double squared = x * x + y * y + z * z; squared < least) least = squared;
+    least = std::min(least, squared_length(p - q));
   };
   const int coarser = levels_ - depths.face, shift = depths.grid() - depths.face;
   const std::int64_t cells = std::int64_t{1} << depths.face;
@@ -39,7 +48,7 @@ double PatchDistance::squared_distance(const DrawnDepths& depths, std::int64_t i
   return least;
 }
 
-double PatchDistance::distance(const DrawnDepths& depths) const {
+double PatchDistance::squared_distance_of_vertices(const DrawnDepths& depths) const {
   const int coarser = levels_ - depths.face;
   const std::int64_t mask = (std::int64_t{1} << coarser) - 1;
   double most = 0;
@@ -49,11 +58,73 @@ double PatchDistance::distance(const DrawnDepths& depths) const {
         continue;  // a corner of triangles
       double squared = squared_distance(depths, i, j, 0);
       // A vertex may have moved along the surface, beyond the triangles of its own cell.
-      if (!(std::sqrt(squared) <= tolerance_)) squared = squared_distance(depths, i, j, 1);
-      if (!(std::sqrt(squared) <= tolerance_)) return std::numeric_limits<double>::infinity();
+      if (is_far(squared)) squared = squared_distance(depths, i, j, 1);
+      if (is_far(squared)) return std::numeric_limits<double>::infinity();
       most = std::max(most, squared);
     }
-  return std::sqrt(most);
+  return most;
+}
+
+/// From the triangles of the finest level around the vertex that is nearest among its neighbours,
+/// on a way of vertices that begins at `start`.
+double PatchDistance::squared_distance_from_finest(const Point& p, FacePoint start) const {
+  const auto has = [&](std::int64_t i, std::int64_t j) { return (i | j | (size_ - i - j)) >= 0; };
+  FacePoint nearest = start;
+  double least = squared_length(at(start.i, start.j) - p);
+  for (bool moves = true; moves;) {
+    moves = false;
+    const FacePoint from = nearest;
+    for (const FacePoint& step : kRing) {
+      const std::int64_t i = from.i + step.i, j = from.j + step.j;
+      if (!has(i, j)) continue;
+      const double squared = squared_length(at(i, j) - p);
+      if (!(squared < least)) continue;
+      least = squared;
+      nearest = {i, j};
+      moves = true;
+    }
+  }
+  const Point centre = at(nearest.i, nearest.j);
+  for (std::size_t each = 0; each < std::size(kRing); ++each) {
+    const FacePoint& b = kRing[each];
+    const FacePoint& c = kRing[(each + 1) % std::size(kRing)];
+    if (!has(nearest.i + b.i, nearest.j + b.j) || !has(nearest.i + c.i, nearest.j + c.j)) continue;
+    const Point q = closest_of_triangle(p, centre, at(nearest.i + b.i, nearest.j + b.j),
+                                        at(nearest.i + c.i, nearest.j + c.j));
+    least = std::min(least, squared_length(q - p));
+  }
+  return least;
+}
+
+double PatchDistance::squared_distance_of_drawn(const DrawnDepths& depths) const {
+  const int finer = levels_ - depths.grid();
+  const std::int64_t steps = std::int64_t{1} << (levels_ - depths.face);
+  const double step = 1 / static_cast<double>(steps);
+  double most = 0;
+  const auto look = [&](FacePoint a, FacePoint b, FacePoint c) {
+    for (FacePoint* corner : {&a, &b, &c}) *corner = {corner->i << finer, corner->j << finer};
+    const Point origin = at(a.i, a.j), ab = at(b.i, b.j) - origin, ac = at(c.i, c.j) - origin;
+    for (std::int64_t v = 0; v <= steps && !is_far(most); ++v)
+      for (std::int64_t u = 0; u + v <= steps; ++u) {
+        if (v == steps || u == steps || (u | v) == 0) continue;  // a corner is a vertex
+        const Point p =
+            origin + (step * static_cast<double>(u)) * ab + (step * static_cast<double>(v)) * ac;
+        // In a fan the place on the grid is between two vertices.
+        const auto place = [&](std::int64_t from, std::int64_t to_b, std::int64_t to_c) {
+          return (from * steps + u * (to_b - from) + v * (to_c - from)) / steps;
+        };
+        const FacePoint start{place(a.i, b.i, c.i), place(a.j, b.j, c.j)};
+        most = std::max(most, squared_distance_from_finest(p, start));
+      }
+  };
+  for_each_drawn_triangle(depths, look, [] {});
+  return is_far(most) ? std::numeric_limits<double>::infinity() : most;
+}
+
+double PatchDistance::distance(const DrawnDepths& depths) const {
+  const double of_vertices = squared_distance_of_vertices(depths);
+  if (is_far(of_vertices)) return std::numeric_limits<double>::infinity();
+  return std::sqrt(std::max(of_vertices, squared_distance_of_drawn(depths)));
 }
 
 PLAIT_END_NAMESPACE

@@ -1,6 +1,7 @@
-// prune/patch_distance.h: how far the vertices of a patch are from what is drawn of a coarser one.
+// prune/patch_distance.h: how far a patch and what is drawn of a coarser one are from each other.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -14,7 +15,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// The vertices of one face after another. For one thread.
 class PatchDistance {
  public:
-  /// `levels`: refinements of the face. Distances beyond `tolerance` are not told apart.
+  /// `levels`: refinements of the face. Distances beyond `tolerance` are not told apart. Of the
+  /// tolerance a thirty-second is kept back for what lies between the points that are measured.
   PatchDistance(int levels, double tolerance);
 
   /// `at(i, j)` gives the position of a vertex of the finest level.
@@ -26,10 +28,11 @@ class PatchDistance {
   }
 
   bool is_near(double distance) const { return distance <= tolerance_; }
-  /// The largest distance of a vertex from the triangles that are drawn of the face with these
-  /// depths; any number beyond the tolerance if one is farther. Of the triangles it looks at those
-  /// near the vertex on the grid, so the distance may be less than the number says, never more. A
-  /// position that is not a number is infinitely far.
+  /// The larger one of two distances: of a vertex of the finest level from the triangles that are
+  /// drawn of the face with these depths, and of a point of these triangles, as many as there are
+  /// vertices, from the triangles of the finest level. Any number beyond the tolerance if one is
+  /// farther. It looks at triangles of the same face near the point, so the distance may be less
+  /// than the number says, never more. A position that is not a number is infinitely far.
   double distance(const DrawnDepths& depths) const;
 
  private:
@@ -38,6 +41,10 @@ class PatchDistance {
   }
   double squared_distance(const DrawnDepths& depths, std::int64_t i, std::int64_t j,
                           std::int64_t reach) const;
+  bool is_far(double squared) const { return !(std::sqrt(squared) <= tolerance_); }
+  double squared_distance_of_vertices(const DrawnDepths& depths) const;
+  double squared_distance_of_drawn(const DrawnDepths& depths) const;
+  double squared_distance_from_finest(const Point& p, FacePoint start) const;
 
   std::int64_t size_;
   int levels_;

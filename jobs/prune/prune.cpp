@@ -42,13 +42,6 @@ std::vector<std::uint8_t> depths_by(const Store& source, const std::string& name
   return depths;
 }
 
-std::uint64_t vertices_of(const Store& store) {
-  std::uint64_t vertices = store.base().vertex_count();
-  for (int level = store.base_level() + 1; level <= store.finest_level(); ++level)
-    vertices += StoreAccess::geometry(store, 1, level).total_bytes();
-  return vertices;
-}
-
 }  // namespace
 
 PruneResult prune(const PruneRequest& request, const BackendRegistry& source_backends,

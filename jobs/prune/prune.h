@@ -18,7 +18,7 @@ PLAIT_BEGIN_NAMESPACE
 struct PruneRequest {
   /// The face attribute that has the finest level of each face.
   std::string depth_by = {};
-  /// The largest distance of a vertex of the finest level from what is drawn: a length, or a part
+  /// The largest distance between the finest level and what is drawn: a length, or a part
   /// of the diagonal of the base mesh's box.
   std::optional<RelativeLength> max_distance = {};
   std::uint64_t vertices = 0;  ///< the most vertices that are left; 0: not said

@@ -52,8 +52,9 @@ Job prune_job() {
           [](PruneRequest& request, const std::string& text) {
             request.max_distance = parse_relative_length(text);
           },
-          "Faces are so deep that no vertex of the finest level is farther from what is drawn: a "
-          "length, or with % a part of the diagonal")
+          "Faces are so deep that the finest level and what is drawn are at most D from each "
+          "other: "
+          "a length, or with % a part of the diagonal")
       .shown_as("D[%]");
   table.count("vertices", &PruneArguments::vertices, 1, std::uint64_t{1} << 62,
               "At most N vertices are left: those with which the distance is smallest");

@@ -1,4 +1,5 @@
 // The job "render".
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -8,6 +9,8 @@
 #include "job.h"
 #include "picture/color_map.h"
 #include "picture/png_file.h"
+#include "plait/base_mesh.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/store.h"
@@ -35,10 +38,20 @@ struct Drawn {
   ColorBy color_by;
 };
 
+ColorBy color_scale(Store& store, int level, const std::string& name) {
+  if (name == "depth" && store.has_depths() && !store.has_attribute(name)) {
+    const FaceDepths& depths = *store.base().depths();
+    const auto level_of = [&](int depth) {
+      return static_cast<double>(std::min(level, store.base_level() + depth));
+    };
+    return {name, {level_of(depths.shallowest()), level_of(depths.deepest())}, true};
+  }
+  return {name, name.empty() ? ScalarRange{} : scalar_range(store, name, level), false};
+}
+
 Drawn draw(Store& store, int level, const RenderArguments& arguments, const JobCall& call) {
-  ColorBy color_by{arguments.color_by, {}};
+  const ColorBy color_by = color_scale(store, level, arguments.color_by);
   const bool colored = !color_by.attribute.empty();
-  if (colored) color_by.range = scalar_range(store, color_by.attribute, level);
   const PictureSize size = arguments.size;
   SampleBuffer samples(size.width * kSamplesPerSide, size.height * kSamplesPerSide, colored);
   const std::size_t legend = colored ? legend_height(static_cast<std::size_t>(size.width),
@@ -56,7 +69,7 @@ Drawn draw(Store& store, int level, const RenderArguments& arguments, const JobC
   };
   Image image = shade(samples, camera, {call.parallel_for, arguments.threads, report});
   if (colored) draw_legend(image, {color_by.attribute, color_by.range.low, color_by.range.high});
-  return {std::move(image), std::move(color_by)};
+  return {std::move(image), color_by};
 }
 
 JobReport run_render(const RenderArguments& arguments, const JobCall& call) {
@@ -81,8 +94,9 @@ JobReport run_render(const RenderArguments& arguments, const JobCall& call) {
       {"width", arguments.size.width},
       {"height", arguments.size.height},
       {"level", level},
-      {"triangles", store.base().face_count()
-                        << (2 * relative_to_base(level, store.base_level()).refinements)}};
+      {"triangles",
+       counts_at_level(store.base(), relative_to_base(level, store.base_level()).refinements)
+           .faces}};
   if (!color_by.attribute.empty())
     report["color_by"] = {{"attribute", color_by.attribute},
                           {"low", color_by.range.low},
@@ -123,8 +137,10 @@ Job render_job() {
           },
           "The axis that points up")
       .by_default("y");
-  table.text("color-by", &RenderArguments::color_by,
-             "Colour the surface by an attribute of one number, with a legend");
+  table.text(
+      "color-by", &RenderArguments::color_by,
+      "Colour the surface by an attribute of one number, with a legend; depth: by the depths "
+      "of faces, where they have depths of their own");
   table.bytes("memory", &RenderArguments::memory_bytes, "Budget for blocks in memory");
   table.threads(&RenderArguments::threads, "Threads of the shading");
   table.force(&RenderArguments::existing, "Replace OUT if it exists", "replaces a file");

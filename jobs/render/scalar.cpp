@@ -9,39 +9,12 @@
 #include <span>
 
 #include "export/vertex_stream.h"
+#include "number_type.h"
 #include "plait/error.h"
 #include "plait/extend/patch.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-/// Calls work(Number()) for the type of the attribute's numbers.
-template <class Work>
-auto with_number_type(ComponentType type, Work work) {
-  switch (type) {
-    case ComponentType::kFloat64:
-      return work(double{});
-    case ComponentType::kInt8:
-      return work(std::int8_t{});
-    case ComponentType::kInt16:
-      return work(std::int16_t{});
-    case ComponentType::kInt32:
-      return work(std::int32_t{});
-    case ComponentType::kInt64:
-      return work(std::int64_t{});
-    case ComponentType::kUint8:
-      return work(std::uint8_t{});
-    case ComponentType::kUint16:
-      return work(std::uint16_t{});
-    case ComponentType::kUint32:
-      return work(std::uint32_t{});
-    case ComponentType::kUint64:
-      return work(std::uint64_t{});
-    case ComponentType::kFloat32:
-      break;
-  }
-  return work(float{});
-}
 
 template <class Number>
 class TypedPatches final : public ScalarPatches {

@@ -13,6 +13,7 @@
 #include "plait/error.h"
 #include "plait/extend/patch.h"
 #include "plait/extend/store_access.h"
+#include "render/drawn_surface.h"
 #include "render/patch_normal.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -114,10 +115,6 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
   const std::unique_ptr<ScalarPatches> colors =
       color_by.attribute.empty() ? nullptr
                                  : open_scalar(store, color_by.attribute, level, share_bytes);
-  const auto share_of = [&](std::int64_t i, std::int64_t j) {
-    const double width = color_by.range.high - color_by.range.low;
-    return static_cast<float>((colors->at(i, j) - color_by.range.low) / (width > 0 ? width : 1));
-  };
   const std::int64_t size = std::int64_t{1}
                             << relative_to_base(level, store.base_level()).refinements;
   std::vector<RasterVertex> lower(static_cast<std::size_t>(size) + 1), upper = lower;
@@ -131,7 +128,7 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
         const Vector3<Real>& point = patch.at(level, i, j);
         RasterVertex& vertex = row[static_cast<std::size_t>(i)] = raster_vertex(
             camera.project({point.x, point.y, point.z}), camera.rotate(normals.at(patch, i, j)));
-        if (colors) vertex.share = share_of(i, j);
+        if (colors) vertex.share = color_by.share(colors->at(i, j));
       }
     };
     fetch(lower, 0);
@@ -174,7 +171,9 @@ Camera fitting_camera(Store& store, int level, const ViewAngles& view, UpAxis up
 void draw_surface(Store& store, int level, const Camera& camera, SampleBuffer& samples,
                   const ProgressCallback& progress, const ColorBy& color_by) {
   const AttributeId position = checked_position(store, level);
-  if (is_double(store, position))
+  if (store.has_depths())
+    draw_drawn_surface(store, position, level, camera, samples, progress, color_by);
+  else if (is_double(store, position))
     draw_patches<double>(store, position, level, camera, color_by, samples, progress);
   else
     draw_patches<float>(store, position, level, camera, color_by, samples, progress);

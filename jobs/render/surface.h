@@ -21,9 +21,17 @@ Camera fitting_camera(Store& store, int level, const ViewAngles& view, UpAxis up
 struct ColorBy {
   std::string attribute;  ///< empty: none
   ScalarRange range;
+  bool is_depth = false;  ///< the depths of faces, not an attribute
+
+  /// The place of a number on the colour scale.
+  float share(double number) const {
+    const double width = range.high - range.low;
+    return static_cast<float>((number - range.low) / (width > 0 ? width : 1));
+  }
 };
 
-/// Draws all faces in layout order. Normals come from the attribute "normal" if it has this level,
+/// Draws all faces in layout order, and those with depths of their own as render/drawn_surface.h
+/// says. Normals come from the attribute "normal" if it has this level,
 /// otherwise from the triangles around each vertex. Memory beside the store's budget: two rows of
 /// one patch and, in the second case, one normal per base vertex.
 /// Errors: kInvalidArgument for a level that the store does not have, and for positions that are

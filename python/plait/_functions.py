@@ -21,6 +21,7 @@ _STATUS = {
     "plait_store_get_info": [c_void_p, POINTER(types.plait_store_info)],
     "plait_store_get_attribute": [c_void_p, c_uint32, POINTER(types.plait_attribute_info)],
     "plait_store_get_depths": [c_void_p, c_void_p, c_uint64],
+    "plait_store_get_triangles": [c_void_p, c_int32, c_void_p, c_uint64, c_void_p],
     "plait_store_get_counts": [c_void_p, c_int32, _count, _count, _count],
     "plait_store_get_faces": [c_void_p, _out, _count],
     "plait_store_get_base_positions": [c_void_p, _out, _count],

@@ -1,10 +1,12 @@
 """Patches as one mesh: each vertex once."""
 
+from ctypes import c_void_p
 from typing import NamedTuple
 
 import numpy as np
 
 from . import _memory
+from ._functions import LIBRARY
 from ._reading import frozen, patch_vertices, whole
 from .errors import InvalidArgument
 
@@ -17,7 +19,8 @@ class Mesh(NamedTuple):
     vertices: positions, shape (vertices, 3), in the units of the mesh.
     triangles: shape (triangles, 3), uint32 numbers of vertices, counterclockwise.
     faces: the base faces whose patches these are, in order: patch k has the triangles
-        k * 4**refinements to (k + 1) * 4**refinements - 1.
+        k * 4**refinements to (k + 1) * 4**refinements - 1, unless some faces have fewer levels
+        (store.depths).
     attributes: by name, the records of the same vertices.
     """
 
@@ -48,6 +51,22 @@ def welded(readers, faces, level, memory):
     vertices = records[readers[0].name]
     return Mesh(vertices, frozen(triangles.reshape(-1, 3)), faces,
                 {reader.name: records[reader.name] for reader in readers[1:]})
+
+
+def drawn(store, names, level, memory):
+    """The whole surface at `level`, or less where faces have fewer levels. The first name is that of
+    the positions. Vertices are in the order of store[name].upto(level)."""
+    counts = store.counts(level)
+    record_bytes = sum(store[name].dtype.itemsize * store[name].components for name in names)
+    _memory.check(f"mesh of {counts.faces} triangles",
+                  counts.faces * 12 + counts.vertices * record_bytes, memory,
+                  "take a coarser level")
+    triangles = np.empty((counts.faces, 3), np.uint32)
+    store._store().call(LIBRARY.plait_store_get_triangles, level, c_void_p(triangles.ctypes.data),
+                        len(triangles), None)
+    records = {name: store[name].upto(level, memory=memory) for name in names}
+    faces = frozen(np.arange(len(store.base.triangles), dtype=np.uint32))
+    return Mesh(records.pop(names[0]), frozen(triangles), faces, records)
 
 
 def _scattered(reader, faces, level, numbers, count):

@@ -18,7 +18,8 @@ from ._progress import Watch
 from ._results import (Base, Counts, DamagedBlock, Hits, Info, Input, Patches, Points, Statistics,
                        VerifyReport)
 from .attributes import Attribute
-from .errors import BadState, Busy, Error, InvalidArgument, NoSuchAttribute, NoSuchLevel
+from .errors import (BadState, Busy, Error, InvalidArgument, NoSuchAttribute, NoSuchLevel,
+                     NotSupported)
 
 
 class Store:
@@ -320,7 +321,9 @@ class Store:
     def mesh(self, level=None, box=None, faces=None, attributes=(), memory=_memory.DEFAULT_LIMIT):
         """Patches as one mesh, in which neighbouring patches share vertices: a named tuple Mesh.
 
-        level: default the finest one. box: (low, high); faces: a list; neither: the whole surface.
+        level: default the finest one. Faces with fewer levels (depths) have their own triangles, with
+            the vertices of deeper neighbours on their sides, so that no gap is left; then the mesh is
+            that of the whole surface. box: (low, high); faces: a list; neither: the whole surface.
         attributes: names of attributes whose records come along.
         memory: refuses to use more bytes; a number or a text such as "4GiB".
         """
@@ -329,6 +332,12 @@ class Store:
         readers = [self._reader(name) for name in dict.fromkeys(names)]
         for reader in readers:
             level = self._level_of(reader, level)
+        if level > self.depths.min():
+            if faces is not None or box is not None:
+                raise NotSupported(f"mesh: level {level} of some faces: the faces have depths of their own,"
+                                   f" {self.depths.min()} to {self.depths.max()}: take the whole surface, or"
+                                   f" level {self.depths.min()}", self.path)
+            return mesh.drawn(self, list(dict.fromkeys(names)), level, memory)
         if faces is None and box is None:
             count = self._raw_info().face_count
             _memory.check(f"mesh of {count} patches at level {level}",

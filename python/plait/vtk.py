@@ -157,14 +157,20 @@ class Reader(VTKPythonAlgorithmBase):
 
     def _mesh(self, piece, pieces):
         store = self._open()
+        level = None if self._level < 0 else self._level
         if self._box is None:
             faces = np.arange(len(store.base.triangles), dtype=np.uint32)
         else:
             faces = store.faces_in_box(*self._box)
         first, after = (len(faces) * each // pieces for each in (piece, piece + 1))
         wanted = [name for name in self._names() if self._attributes.ArrayIsEnabled(name)]
-        return store.mesh(None if self._level < 0 else self._level, faces=faces[first:after],
-                          attributes=wanted, memory=self._memory)
+        depths = store.depths
+        if self._box is None and depths.min() < depths.max():
+            # Faces with depths of their own can be had together only: the first piece has them all.
+            if piece == 0:
+                return store.mesh(level, attributes=wanted, memory=self._memory)
+            level, after = int(depths.min()), first
+        return store.mesh(level, faces=faces[first:after], attributes=wanted, memory=self._memory)
 
     def _names(self):
         return [self._attributes.GetArrayName(number)

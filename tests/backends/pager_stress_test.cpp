@@ -25,7 +25,7 @@ namespace plait::test {
 namespace {
 
 constexpr std::uint64_t kStressBlockBytes = 4096, kBlocks = 48, kStressThreads = 8;
-constexpr int kSteps = unless_sanitized(200, 60);
+constexpr int kSteps = unless_sanitized(200, 30);
 constexpr unsigned char kHalfWritten = 0xee;
 
 struct Faults {

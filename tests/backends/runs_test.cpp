@@ -14,6 +14,7 @@
 #include "io/file_operations.h"
 #include "plait/detail/level_file.h"
 #include "plait/error.h"
+#include "support/sanitized.h"
 #include "support/usable_backends.h"
 
 namespace plait::test {
@@ -180,7 +181,7 @@ TEST_CASE("BackendRun_RandomRuns_AreTheBlocksWhateverTheCallsMove") {
       Backend& backend = level.open();
       const LevelGeometry& geometry = level.geometry();
       std::vector<std::uint32_t> seeds(geometry.block_count(), 0);  // 0: never written
-      for (int round = 0; round < 40; ++round) {
+      for (int round = 0; round < unless_sanitized(40, 10); ++round) {
         const std::uint64_t first = random() % seeds.size();
         const std::uint64_t count = 1 + random() % (seeds.size() - first);
         INFO(subject.label << ", " << shape.what << ", round " << round << ", blocks " << first

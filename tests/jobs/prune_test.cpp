@@ -19,6 +19,7 @@
 #include "distance/closest_point.h"
 #include "export/numbered_triangles.h"
 #include "export/vertex_stream.h"
+#include "jobs/pruned_stores.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/check_store.h"
@@ -37,66 +38,6 @@
 
 namespace plait::test::prune_test {
 namespace {
-
-constexpr int kLevels = 3;
-using Position = Vector3<float>;
-
-std::vector<std::uint8_t> random_depths(std::uint64_t faces, std::mt19937& random, int most) {
-  std::vector<std::uint8_t> depths(faces);
-  const auto change_percent = random() % 100;
-  std::uint8_t depth = 0;
-  for (std::uint8_t& of_face : depths) {
-    if (random() % 100 < change_percent)
-      depth = static_cast<std::uint8_t>(random() % (static_cast<unsigned>(most) + 1));
-    of_face = depth;
-  }
-  return depths;
-}
-
-/// A store of all levels, with normals, whose face attribute "depth" has these numbers.
-std::filesystem::path whole_store(const std::filesystem::path& path, const IndexedMesh& mesh,
-                                  const std::vector<std::uint8_t>& depths,
-                                  const std::string& scheme = "loop") {
-  StoreOptions options;
-  options.backend = "pread";
-  options.block_bytes = 4096;
-  options.durability = Durability::kNone;
-  Store store = Store::create(path, lay_out(BaseMesh::build(mesh), LayoutKind::kGiven).mesh,
-                              options, default_backends());
-  add_base_positions(store, ComponentType::kFloat32);
-  subdivide(store, {.scheme = scheme_from_name(scheme), .levels = kLevels, .normals = true});
-  if (!depths.empty()) {
-    store.notes().add_face_attribute({"depth", ComponentType::kUint8, 1});
-    std::ranges::copy(depths, store.notes().face_records<std::uint8_t>("depth").begin());
-  }
-  store.commit();
-  return path;
-}
-
-PruneResult pruned(const std::filesystem::path& from, const std::filesystem::path& to, int balance,
-                   const std::string& max_distance = {}) {
-  PruneRequest request;
-  if (max_distance.empty())
-    request.depth_by = "depth";
-  else
-    request.max_distance = parse_relative_length(max_distance);
-  request.balance = balance;
-  request.copy.from = from;
-  request.copy.to = to;
-  return prune(request, default_backends(), default_backends());
-}
-
-Store open(const std::filesystem::path& path, bool writable = false) {
-  return Store::open(path, {.writable = writable}, default_backends());
-}
-
-std::vector<Position> patch_of(const Store& store, FaceId face, int level) {
-  const Reader reader(store, {.attributes = {"position"}});
-  const PatchView view = reader.read_patch(face, level);
-  std::vector<Position> records(patch_vertex_count(view.size()));
-  view.attribute<Position>("position").copy_to(records);
-  return records;
-}
 
 /// How often each undirected edge is a side of a triangle; nothing if a directed one is twice.
 std::optional<std::map<std::pair<std::uint64_t, std::uint64_t>, int>> edges_of(
@@ -313,6 +254,77 @@ TEST_CASE("Prune_ByDistance_HoldsTheToleranceOfWhatIsDrawn") {
     CHECK(most > 0);
     CHECK(*result.distance >= most);
   }
+}
+
+namespace {
+
+struct Soup {
+  std::vector<Vector3<double>> positions;
+  std::vector<std::array<VertexId, 3>> faces;
+  void add(const Vector3<double>& a, const Vector3<double>& b, const Vector3<double>& c) {
+    const auto first = static_cast<VertexId>(positions.size());
+    positions.insert(positions.end(), {a, b, c});
+    faces.push_back({first, first + 1, first + 2});
+  }
+};
+
+/// The largest distance of random points of one surface from the other one.
+double sampled_distance(const Soup& from, const Soup& to, std::mt19937& random) {
+  const TriangleTree tree(to.positions, to.faces);
+  std::uniform_real_distribution<double> share(0, 1);
+  double most = 0;
+  for (const auto& face : from.faces)
+    for (int turn = 0; turn < 40; ++turn) {
+      const double r = std::sqrt(share(random)), s = share(random);
+      const Vector3<double> point = (1 - r) * from.positions[face[0]] +
+                                    (r * (1 - s)) * from.positions[face[1]] +
+                                    (r * s) * from.positions[face[2]];
+      most = std::max(most, std::sqrt(tree.closest(point).squared_distance));
+    }
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("Prune_ByDistance_HoldsItForRandomPointsOfBothSurfaces") {
+  std::mt19937 random(31);
+  for (const std::uint64_t seed : {1u, 2u, 3u})
+    for (const char* const wanted : {"0.5%", "2%"})
+      for (const int balance : {0, 1}) {
+        CAPTURE(seed, wanted, balance);
+        const TemporaryDirectory directory;
+        // Vertices that slide along the surface: their places on the grid say little.
+        IndexedMesh mesh = random_sphere(seed, 60);
+        for (Vector3<double>& at : mesh.positions) at.z *= 0.3;
+        const auto from = whole_store(directory.path() / "whole", mesh, {});
+        const PruneResult result = pruned(from, directory.path() / "pruned", balance, wanted);
+        const Store whole = open(from), store = open(directory.path() / "pruned");
+        const PatchSelection patches(store.base(), kLevels, all_faces(store.base()));
+        Soup fine, drawn;
+        for (FaceId face = 0; face < store.base().face_count(); ++face) {
+          const std::vector<Position> records = patch_of(whole, face, kLevels);
+          const auto point = [&](FacePoint at) {
+            const Position& found = records[static_cast<std::size_t>(
+                patch_vertex(std::int64_t{1} << kLevels, at.i, at.j))];
+            return Vector3<double>{double{found.x}, double{found.y}, double{found.z}};
+          };
+          for_each_triangle(kLevels, [&](const std::array<FacePoint, 3>& corners) {
+            fine.add(point(corners[0]), point(corners[1]), point(corners[2]));
+          });
+          const DrawnDepths depths = patches.drawn(face);
+          const int finer = kLevels - depths.grid();
+          const auto scaled = [&](FacePoint at) { return point({at.i << finer, at.j << finer}); };
+          for_each_drawn_triangle(
+              depths,
+              [&](FacePoint a, FacePoint b, FacePoint c) {
+                drawn.add(scaled(a), scaled(b), scaled(c));
+              },
+              [] {});
+        }
+        CHECK(drawn.faces.size() < fine.faces.size());
+        CHECK(sampled_distance(fine, drawn, random) <= *result.tolerance);
+        CHECK(sampled_distance(drawn, fine, random) <= *result.tolerance);
+      }
 }
 
 TEST_CASE("Prune_ByDistanceZero_KeepsAllButWhatIsFlat") {

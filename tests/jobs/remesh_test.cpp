@@ -23,7 +23,6 @@
 #include "remesh_files.h"
 #include "support/error_of.h"
 #include "support/real_meshes.h"
-#include "support/sanitized.h"
 #include "support/shuffled_mesh.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -503,10 +502,6 @@ TEST_CASE("Remesh_WhatCannotBe_IsRefusedAndLeavesNothing") {
 }
 
 TEST_CASE("Remesh_RealScans_StayWithinTheirDistances") {
-  if (unless_sanitized(false, true)) {
-    skip("real scans take minutes under a sanitizer, for the same steps as the shapes above");
-    return;
-  }
   // What the command reached, in percent of the diagonal, and a quarter more.
   struct Scan {
     const char* name;

@@ -105,10 +105,31 @@ def test_a_pruned_store_has_a_depth_for_each_face(tmp_path):
             for record, face, i, j, size in zip(records, *points):
                 place = j * (size + 1) - j * (j - 1) // 2 + i
                 assert np.array_equal(whole.patch(int(face), level)[place], record)
-        with pytest.raises(plait.InvalidArgument):
-            store.mesh()
         assert len(store.mesh(level=1).triangles) == 80
+        with pytest.raises(plait.NotSupported, match="whole surface"):
+            store.mesh(faces=[4])
+        with pytest.raises(plait.TooLarge):
+            store.mesh(memory=100)
+        # Closed: each edge once in each direction; vertices, edges and faces are those that are counted.
+        for level in (2, 3):
+            mesh = store.mesh(level, attributes="position")
+            counts = store.counts(level)
+            ends = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+            edges = set(map(tuple, ends))
+            assert len(edges) == len(ends) == 2 * counts.edges and edges == {(b, a) for a, b in edges}
+            assert mesh.vertices.shape == (counts.vertices, 3)
+            assert len(mesh.triangles) == counts.faces and set(mesh.triangles.ravel()) == set(
+                range(counts.vertices)) and counts.vertices - counts.edges + counts.faces == 2
+            # The deepest face has its own patch in it.
+            patch = whole.patch(4, level)
+            assert set(map(tuple, patch)) <= set(map(tuple, mesh.vertices))
         store.verify()
+    report = plait.convert(tmp_path / "pruned.plait", tmp_path / "uniform.plait", depth="uniform",
+                           warn=[].append)
+    assert report.path == str(tmp_path / "uniform.plait")
+    with plait.open(tmp_path / "uniform.plait") as store:
+        assert store.depths.tolist() == [3] * 20
+        assert np.array_equal(store.patch(4, 3), whole.patch(4, 3))
 
 
 def test_progress_that_returns_false_cancels_and_nothing_is_left(tmp_path):

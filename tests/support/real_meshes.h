@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "support/sanitized.h"
 #include "support/skip.h"
 
 namespace plait::test {
@@ -16,6 +17,10 @@ inline std::filesystem::path real_mesh_path(std::string_view name) {
 
 /// Returns false, and skips the case or section, if the mesh is absent.
 inline bool has_real_mesh(std::string_view name) {
+  if (unless_sanitized(false, true)) {
+    skip("real meshes take minutes under a sanitizer, for the same steps as shapes");
+    return false;
+  }
   if (std::filesystem::exists(real_mesh_path(name))) return true;
   skip("no " + real_mesh_path(name).string());
   return false;

@@ -77,7 +77,7 @@ TEST_CASE("SubdivideResume_KilledAgainAndAgain_ArrivesWithTheSameBytes") {
                             "--memory",  "8MiB",     "--block",   "16KiB"};
       int level = 0;
       std::uint64_t longest_us = 100000;
-      for (bool done = false; !done; longest_us += longest_us / 8) {
+      for (bool done = false; !done; longest_us += longest_us / unless_sanitized(8, 2)) {
         const Outcome outcome = run_and_kill(here.path(), arguments, random() % longest_us);
         CAPTURE(backend, round, outcome.errors);
         REQUIRE((outcome.status == 0 || outcome.status == 1000 + SIGKILL));

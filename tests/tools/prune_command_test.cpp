@@ -1,6 +1,8 @@
 // plait prune, and every other command over the store that it makes: each works or refuses.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -68,7 +70,10 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
       {"export", "pruned.plait", "mesh.vtp", "--attribute", "normal"},
       {"export", "pruned.plait", "mesh.obj"},
       {"export", "pruned.plait", "mesh.off", "--level", "2"},
-      {"export", "pruned.plait", "mesh.stl", "--level", "0"},
+      {"export", "pruned.plait", "mesh.stl"},
+      {"export", "pruned.plait", "mesh.glb", "--attribute", "normal"},
+      {"render", "pruned.plait", "picture.png", "--size", "64x64"},
+      {"render", "pruned.plait", "depth.png", "--size", "64x64", "--color-by", "depth"},
       {"check", "mesh.ply"}};
   for (const auto& command : used) {
     CAPTURE(command);
@@ -77,10 +82,7 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
     CHECK(outcome.status == 0);
   }
   const std::vector<std::vector<std::string>> refused = {
-      {"export", "pruned.plait", "other.stl"},
-      {"export", "pruned.plait", "other.glb"},
       {"export", "pruned.plait", "other.pvtp"},
-      {"render", "pruned.plait", "other.png"},
       {"publish", "pruned.plait", "other", "--page"},
       {"prune", "pruned.plait", "other", "--max-distance", "0"},
       {"pass", "pruned.plait", "smooth"},
@@ -96,10 +98,36 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
     CAPTURE(outcome.errors);
     CHECK(outcome.status != 0);
     CHECK(outcome.errors.find("depth") != std::string::npos);
-    for (const char* const name : {"other", "other.stl", "other.glb", "other.pvtp", "other.png"})
-      CHECK_FALSE(here.has(name));
+    for (const char* const name : {"other", "other.pvtp"}) CHECK_FALSE(here.has(name));
   }
   CHECK(here.plait({"digest", "pruned.plait", "--against", "whole.plait"}).status == 0);
+  CHECK(here.plait({"check", "mesh.stl", "--json"}).json()["repaired"]["euler_number"] == 1);
+
+  const Outcome filled = here.plait(
+      {"convert", "pruned.plait", "uniform.plait", "--depth", "uniform", "--verify", "--json"});
+  REQUIRE(filled.status == 0);
+  CHECK(filled.json()["filled_vertices"] > 0);
+  CHECK(filled.json()["filled_vertices"].get<int>() + made.json()["vertices"].get<int>() ==
+        filled.json()["vertices"]);
+  CHECK(filled.errors.find("midpoint") != std::string::npos);
+  CHECK(here.plait({"subdivide", "uniform.plait", "finer.plait", "--levels", "4"}).status != 0);
+  CHECK(here.plait({"pass", "uniform.plait", "smooth"}).status == 0);
+}
+
+TEST_CASE("Render_OfEqualDepths_GivesThePictureOfAllLevels") {
+  const PrunedWorkplace here;
+  REQUIRE(here.plait({"prune", "whole.plait", "equal.plait", "--vertices", "1000000"}).status == 0);
+  const auto picture = [&](const std::string& store) {
+    const std::string name = store + ".png";
+    const Outcome made =
+        here.plait({"render", store + ".plait", name, "--size", "200x150", "--json"});
+    CHECK(made.status == 0);
+    CHECK(made.json()["triangles"] == 72 * 64);
+    std::ostringstream bytes;
+    bytes << std::ifstream(here.directory.path() / name, std::ios::binary).rdbuf();
+    return bytes.str();
+  };
+  CHECK(picture("equal") == picture("whole"));
 }
 
 }  // namespace plait::test

@@ -28,7 +28,7 @@ constexpr int kPoolLevels = 7;  ///< runs of 16 faces
 const std::vector<AttributeSchema> kPoolSchemas = {{"mass", ComponentType::kFloat32, 1}};
 
 BaseMesh mesh_for_pools() {
-  return lay_out(BaseMesh::build(random_sphere(8, unless_sanitized(200u, 66u))),
+  return lay_out(BaseMesh::build(random_sphere(8, unless_sanitized(200u, 40u))),
                  LayoutKind::kHilbert)
       .mesh;
 }

@@ -8,6 +8,7 @@
 
 #include "plait/mesh_io.h"
 #include "shapes.h"
+#include "support/sanitized.h"
 #include "support/skip.h"
 
 using namespace plait;
@@ -82,6 +83,7 @@ TEST_CASE("ReadBaseMesh_EveryModel_MatchesTheTable") {
   const std::vector<Row> table = read_table(directory / "models.tsv");
   CHECK(table.size() >= 10);
   for (const Row& row : table) {
+    if (unless_sanitized(false, true) && row.at("file") != "spot.ply") continue;
     const auto number = [&](const char* column) { return std::stoull(row.at(column)); };
     INFO(row.at("file"));
     std::vector<std::string> warnings;

@@ -152,6 +152,8 @@ class BaseMesh {
   /// often this mesh is refined there. Reads the edges. Errors: kInvalidArgument unless there is
   /// one depth for each face, 0 to 20.
   BaseMesh with_depths(std::vector<std::uint8_t> depths) const;
+  /// The same mesh whose faces have all levels.
+  BaseMesh without_depths() const;
   /// nullptr for a mesh whose faces have all levels. build(), with_face_order() and rebase() make
   /// such meshes.
   const FaceDepths* depths() const noexcept { return depths_.get(); }

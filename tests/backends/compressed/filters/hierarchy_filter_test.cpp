@@ -18,6 +18,7 @@
 #include "plait/error.h"
 #include "plait/layout.h"
 #include "rows/every_target.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -68,9 +69,9 @@ TEST_CASE("Hierarchy_AlongNormals_HasTheResidualsOfTheOracle") {
   const char* const rules[] = {"butterfly", "loop", "midpoint"};
   for (const NamedMesh& named : all_meshes())
     for (int note = 3; note < 6; ++note)
-      for (int level = 1; level <= 4; ++level) {
+      for (int level = 1; level <= unless_sanitized(4, 3); ++level) {
         CAPTURE(named.name, note, level);
-        PredictedLevels<float> levels(BaseMesh::build(named.mesh), 4, kAllInOneBlock);
+        PredictedLevels<float> levels(BaseMesh::build(named.mesh), level, kAllInOneBlock);
         std::mt19937 random(7);
         std::uniform_real_distribution<float> next(-2, 2);
         levels.fill([&] { return next(random); });
@@ -380,7 +381,8 @@ TEST_CASE("Hierarchy_OnEveryInstructionSet_MakesTheSameBytes") {
   const auto check = [](auto number, const char* rule) {
     using Number = decltype(number);
     for (const NamedMesh& named : all_meshes()) {
-      PredictedLevels<Number> levels(BaseMesh::build(named.mesh), 5, kAllInOneBlock);
+      constexpr int kFinest = unless_sanitized(5, 4);
+      PredictedLevels<Number> levels(BaseMesh::build(named.mesh), kFinest, kAllInOneBlock);
       std::mt19937 random(5);
       // Among them numbers that are none, and denormal ones.
       levels.fill([&] {
@@ -389,7 +391,7 @@ TEST_CASE("Hierarchy_OnEveryInstructionSet_MakesTheSameBytes") {
         if (choice == 1) return std::numeric_limits<Number>::denorm_min();
         return static_cast<Number>(random()) / Number(7e8);
       });
-      for (int level = 1; level <= 5; ++level) {
+      for (int level = 1; level <= kFinest; ++level) {
         const auto filter = hierarchy(levels.filter_level(level), rule);
         std::vector<std::byte> expected;
         fused_rows::on_every_target([&](const char* target) {

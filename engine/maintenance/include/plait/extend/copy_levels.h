@@ -19,6 +19,9 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
                     const ProgressCallback& progress = {}, Rounder* rounder = nullptr,
                     bool changes_later = false);
 
+/// Copies texts and face attributes. REQUIRES: the same base mesh, and no face attribute in `to`.
+void copy_notes(const Store& from, Store& to);
+
 /// Copies all attributes and levels of `from`, its face attributes and texts into `to`, level by
 /// level in slot order, and leaves the commit to the caller. Rounds the attributes that `bounds`
 /// names, and ignores names that `from` does not have. Memory is bounded by the budgets of the two
