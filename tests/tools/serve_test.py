@@ -19,8 +19,10 @@ PROGRAM = sys.argv[1]
 
 class Server:
     def __init__(self, work, *words):
+        # A shell that started the test in the background has told it to ignore SIGINT.
         self.process = subprocess.Popen([PROGRAM, "serve", *words, "--json"], cwd=work, text=True,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
         text = ""
         while not text.endswith("}\n"):
             line = self.process.stdout.readline()
