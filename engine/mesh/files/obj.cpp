@@ -40,13 +40,19 @@ constexpr std::array kFreeForm = std::to_array<std::string_view>(
      "con",        "mg",        "bevel", "lod",    "c_interp", "ctech",  "d_interp",
      "shadow_obj", "trace_obj", "stech", "maplib", "call",     "usemap", "csh",
      "res",        "cdc",       "cdp",   "bzp",    "bsp"});
+/// ZBrush writes the colours of vertices in comments, a mask and a colour in 8 digits each.
+constexpr std::string_view kPaintComment = "#MRGB";
+constexpr std::uint64_t kPaintDigits = 8;
 /// Smoothing groups say only which normals a viewer shall show.
 constexpr std::string_view kSmoothing = "s";
 
 class ObjReader {
  public:
   ObjReader(Input& input, Reading& reading)
-      : text_(input, {.hash_comments = true, .backslash_continues = true}), reading_(reading) {}
+      : text_(
+            input,
+            {.hash_comments = true, .backslash_continues = true, .digits_comment = kPaintComment}),
+        reading_(reading) {}
 
   IndexedMesh read() {
     for (bool more = text_.seek_word(); more; more = text_.next_line()) {
@@ -99,6 +105,8 @@ void ObjReader::pass_statement(std::string_view keyword) {
 
 void ObjReader::leave_out() const {
   reading_.leave_out_of_vertices("colours", colours_);
+  reading_.leave_out_of_vertices("colours and masks in comments (#MRGB)",
+                                 text_.hexadecimal_digits() / kPaintDigits);
   reading_.leave_out_of_vertices("weights", weights_);
   for (std::size_t at = 0; at < kPassed.size(); ++at) {
     reading_.leave_out(passed_[at], kPassed[at].one, kPassed[at].many);

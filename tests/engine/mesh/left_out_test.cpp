@@ -45,6 +45,14 @@ TEST_CASE("ReadObj_ColoursTextureAndTags_AreNamed") {
   CHECK(left_out("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\ns off\nf 1 2 3\n").empty());
 }
 
+TEST_CASE("ReadObj_ColoursInComments_AreNamed") {
+  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  CHECK_THAT(left_out("a.obj", vertices + "f 1 2 3\n#MRGB ffffffffffff0000\n" +
+                                   "#MRGB ff00ff00\n# MRGB is no block\n"),
+             Contains("left out: colours and masks in comments (#MRGB) of 3 vertices"));
+  CHECK(left_out("b.obj", "#MR\n" + vertices + "f 1 2 3\n# ffffffffffff0000\n#MRGB").empty());
+}
+
 TEST_CASE("ReadOff_NumbersBesideAPosition_AreNamed") {
   const std::string rest =
       "3 1 0\n0 0 0 9 9 9 9\n1 0 0 9 9 9 9\n0 1 0 9 9 9 9\n3 0 1 2 0.5 0.5 1\n";

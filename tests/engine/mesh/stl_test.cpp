@@ -153,6 +153,25 @@ TEST_CASE("ReadStl_FilesThatOtherReadersCouldNotRead_AreReadOrRefused") {
   CHECK_THAT(refused(stl_text(mesh, {.facet = ""})), Contains("expected facet or endsolid"));
 }
 
+TEST_CASE("ReadStl_SolidThatBeginsOnTheLineOfAnEnd_IsReadAndCounted") {
+  const IndexedMesh mesh = shapes::octahedron();
+  IndexedMesh top = mesh, bottom = mesh;
+  top.faces.resize(4);
+  bottom.faces.erase(bottom.faces.begin(), bottom.faces.begin() + 4);
+  const std::string first = stl_text(top, {.end = "endsolid part "});
+  for (const std::string& text :
+       {first + stl_text(bottom, {.begin = "solid other\n"}),
+        on_one_line(stl_text(top) + stl_text(bottom)),
+        on_one_line(stl_text(top, {.begin = "solid\n", .end = "end solid\n"}) +
+                    stl_text(bottom, {.begin = "solid\n", .end = "endsolid"})),
+        first + stl_text(bottom, {.begin = "\n"}) + std::string(100, '\0')}) {
+    std::vector<std::string> warnings;
+    CHECK(read(text, &warnings).faces.size() == 8);
+    REQUIRE(!warnings.empty());
+    CHECK_THAT(warnings[0], Contains("2 solids read as one mesh"));
+  }
+}
+
 TEST_CASE("ReadStl_TextThatEndsEarly_IsSaid") {
   std::vector<std::string> warnings;
   CHECK(read(stl_text(shapes::octahedron(), {.end = ""}), &warnings).faces.size() == 8);
