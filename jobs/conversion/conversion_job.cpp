@@ -96,7 +96,7 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     Store copy = Store::create(path, request.base ? request.base(source) : source.base(),
                                result.options, backends, source.provenance());
     if (request.uuid) set_uuid(copy, *request.uuid);
-    tell_notices(copy, watch.warn);
+    tell_notices(copy, watch.warn, request.to);
     const bool changes_later = static_cast<bool>(request.change);
     copy_levels(source, copy, begin_step(watch, changes_later ? "copy" : "convert"),
                 request.max_errors, changes_later);

@@ -13,6 +13,7 @@
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
 #include "plait/error.h"
+#include "plait/extend/notices.h"
 #include "plait/extend/store_access.h"
 #include "plait/patch_writer.h"
 #include "plait/progress.h"
@@ -210,6 +211,7 @@ void Import::make_store(const std::filesystem::path& path) {
   result_.border_edges = laid_out.mesh.border_edge_count();
   Store store = Store::create(path, std::move(laid_out), options_of_store(), backends_,
                               {.base_level = result_.base_level});
+  tell_notices(store, watch_.warn, request_.store);
   for (const MeshAttribute& attribute : mesh_.attributes)
     store.add_attribute(attribute.schema, result_.levels);
   write_patches(store, corners);
