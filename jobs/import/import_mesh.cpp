@@ -7,6 +7,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/interruption.h"
 #include "base/stopwatch.h"
 #include "import/fine_mesh.h"
 #include "job_rules.h"
@@ -188,7 +189,9 @@ StoreOptions Import::options_of_store() {
 std::vector<FaceSide> corners_in_order(const ImportedBase& base, const BaseMesh& laid_out) {
   std::vector<FaceId> sorted(base.mesh.face_count());
   for (FaceId face = 0; face < sorted.size(); ++face) sorted[face] = face;
+  std::uint64_t turn = 0;
   const auto corners_of = [&](FaceId face) -> const FaceVertices& {
+    if (is_turn_to_poll(++turn)) poll_interruption();
     return base.mesh.faces()[face];
   };
   std::ranges::sort(sorted, {}, corners_of);

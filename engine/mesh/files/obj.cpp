@@ -31,15 +31,17 @@ constexpr std::array kPassed = std::to_array<PassedStatement>({
     {"mtllib", "material library", "material libraries"},
     {"l", "line element", "line elements"},
     {"p", "point element", "point elements"},
+    {"call", "call of another file, which was not read",
+     "calls of other files, which were not read"},
+    {"csh", "command of a shell, which was not run", "commands of a shell, which were not run"},
 });
 constexpr std::string_view kOneFreeForm = "statement of curves, surfaces and display",
                            kManyFreeForm = "statements of curves, surfaces and display";
 constexpr std::array kFreeForm = std::to_array<std::string_view>(
-    {"vp",         "deg",       "bmat",  "step",   "cstype",   "curv",   "curv2",
-     "surf",       "parm",      "trim",  "hole",   "scrv",     "sp",     "end",
-     "con",        "mg",        "bevel", "lod",    "c_interp", "ctech",  "d_interp",
-     "shadow_obj", "trace_obj", "stech", "maplib", "call",     "usemap", "csh",
-     "res",        "cdc",       "cdp",   "bzp",    "bsp"});
+    {"vp",     "deg",    "bmat",     "step",  "cstype",   "curv",       "curv2",     "surf",
+     "parm",   "trim",   "hole",     "scrv",  "sp",       "end",        "con",       "mg",
+     "bevel",  "lod",    "c_interp", "ctech", "d_interp", "shadow_obj", "trace_obj", "stech",
+     "maplib", "usemap", "res",      "cdc",   "cdp",      "bzp",        "bsp"});
 /// ZBrush writes the colours of vertices in comments, a mask and a colour in 8 digits each.
 constexpr std::string_view kPaintComment = "#MRGB";
 constexpr std::uint64_t kPaintDigits = 8;

@@ -194,7 +194,7 @@ TEST_CASE("ReadStl_BadText_IsRefusedWithoutBinaryCounts") {
 
 TEST_CASE("ReadStl_BinaryByItsSize_IsReadWhateverItsHeaderSays") {
   const IndexedMesh mesh = shapes::octahedron();
-  for (const char* header : {"solid from a CAD facet", "ply with a name", "OFF to STL", "COLOR="}) {
+  for (const char* header : {"solid from a CAD facet", "ply with a name", "OFF to STL"}) {
     INFO(header);
     check_is_octahedron(stl_binary(mesh, header));
   }
@@ -203,9 +203,19 @@ TEST_CASE("ReadStl_BinaryByItsSize_IsReadWhateverItsHeaderSays") {
 
 TEST_CASE("ReadStl_AttributeBytes_AreCountedAndLeftOut") {
   std::vector<std::string> warnings;
-  read(stl_binary(shapes::octahedron(), "COLOR=", 7), &warnings);
+  read(stl_binary(shapes::octahedron(), "x", 7), &warnings);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("left out: attribute bytes") && Contains("of 8 facets"));
+}
+
+TEST_CASE("ReadStl_ColourInTheHeader_IsNamed") {
+  for (const char* header :
+       {"COLOR=\x10\x20\x30\xff,MATERIAL=", "made by x MATERIAL=abcdefghijkl"}) {
+    std::vector<std::string> warnings;
+    CHECK(read(stl_binary(shapes::octahedron(), header), &warnings).faces.size() == 8);
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Contains("left out: 1 colour or material of the whole part"));
+  }
 }
 
 TEST_CASE("ReadStl_TextCoordinates_AreDoubles") {
