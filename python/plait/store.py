@@ -100,7 +100,8 @@ class Store:
     @property
     def attributes(self):
         """The attributes by name, as a dict of Attribute objects."""
-        return {name: Attribute(self, name) for name in self._names()}
+        return _notes.Snapshot({name: Attribute(self, name) for name in self._names()},
+                               "add_attribute() and patch_writer() change the store")
 
     @property
     def base(self):
@@ -458,7 +459,7 @@ class Store:
     @property
     def texts(self):
         """What people note about the store, such as units and author: a dict of texts by name."""
-        return _notes.texts(self._store())
+        return _notes.Snapshot(_notes.texts(self._store()), "set_text() changes the store")
 
     def set_text(self, name, value):
         """Notes a text, which the next commit records. None or "" removes it. name: 1 to 255
@@ -469,7 +470,8 @@ class Store:
     def face_attributes(self):
         """Attributes of the base faces, such as materials: a dict of read-only arrays by name, with
         one number for each face, in the order of store.base.triangles."""
-        return _notes.face_attributes(self._store(), self._raw_info().face_count)
+        return _notes.Snapshot(_notes.face_attributes(self._store(), self._raw_info().face_count),
+                               "set_face_attribute() changes the store")
 
     def set_face_attribute(self, name, numbers, dtype=None):
         """Writes an attribute of the base faces, and adds it if it is new.

@@ -1,6 +1,8 @@
 """The caller's own numbers of faces and vertices, base levels, notes, and what else a program keeps
 with its mesh."""
 
+import pickle
+
 import numpy as np
 import plait
 import pytest
@@ -261,3 +263,20 @@ def test_whole_numbers_that_an_attribute_rounds_are_refused(dtype, first):
             patches.write_patch("number", 1, 0, np.array([0, first, 1]))
         for face in range(1, len(store.base.triangles)):
             patches.write_patch("number", face, 0, np.zeros(3))
+
+
+def test_a_dict_that_is_a_copy_takes_no_change():
+    store = plait.create(*icosahedron())
+    store.set_text("units", "mm")
+    store.set_face_attribute("part", np.arange(20))
+    for found, key, way in ((store.attributes, "position", "add_attribute"), (store.texts, "units", "set_text"),
+                            (store.face_attributes, "part", "set_face_attribute")):
+        with pytest.raises(TypeError, match=way):
+            found["new"] = found[key]
+        for change in (lambda: found.update({key: 1}), lambda: found.pop(key), found.clear,
+                       lambda: found.setdefault("new", 1), lambda: found.__delitem__(key)):
+            with pytest.raises(TypeError, match="is a copy"):
+                change()
+    own = dict(store.texts)
+    own["units"] = "m"
+    assert store.texts == {"units": "mm"} == pickle.loads(pickle.dumps(store.texts))
