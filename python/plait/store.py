@@ -43,6 +43,12 @@ class Store:
         self._options = (memory, io_threads)
         self._name, self._edits = uuid.uuid4().hex, 0
 
+    def __setattr__(self, name, value):
+        if not name.startswith("_"):
+            raise AttributeError(f"a store has no {name!r} that can be set, and would lose it: visit(), "
+                                 "patch_writer(), set_text() and set_face_attribute() change the store")
+        super().__setattr__(name, value)
+
     # ---- What it has
 
     def _store(self):

@@ -280,3 +280,11 @@ def test_a_dict_that_is_a_copy_takes_no_change():
     own = dict(store.texts)
     own["units"] = "m"
     assert store.texts == {"units": "mm"} == pickle.loads(pickle.dumps(store.texts))
+
+
+def test_what_is_set_on_a_store_is_refused_and_not_lost():
+    vertices, faces = icosahedron()
+    store = plait.create(vertices, faces)
+    for name in ("position", "texts", "note"):
+        with pytest.raises(AttributeError, match=f"no '{name}' that can be set, .* patch_writer"):
+            setattr(store, name, vertices)
