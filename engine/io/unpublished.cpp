@@ -351,7 +351,7 @@ std::string with_final_name(std::string text, const std::filesystem::path& unfin
 
 Error with_final_name(const Error& error, const std::filesystem::path& unfinished,
                       const std::filesystem::path& final_path) {
-  const Error named(error, with_final_name(error.what(), unfinished, final_path));
+  Error named(error, with_final_name(error.what(), unfinished, final_path));
   if (error.path().empty()) return named;
   return named.about(with_final_name(error.path().native(), unfinished, final_path),
                      error.offset());

@@ -372,9 +372,11 @@ SurfaceFigures figures_of(const Surface& surface) {
   figures.euler_number = static_cast<std::int64_t>(figures.vertices + figures.faces) -
                          static_cast<std::int64_t>(figures.edges);
   for (FaceId face = 0; face < surface.faces.size(); ++face)
-    for (int at = 0; at < 3; ++at)
+    for (int at = 0; at < 3; ++at) {
+      if (is_turn_to_poll(face)) poll_interruption();
       if (const FaceSide side(face, at); side.code < surface.across[side.code].code)
         figures.folded_edges += has_fold(surface, side) ? 1u : 0u;
+    }
   return figures;
 }
 
