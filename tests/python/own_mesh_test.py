@@ -288,3 +288,16 @@ def test_what_is_set_on_a_store_is_refused_and_not_lost():
     for name in ("position", "texts", "note"):
         with pytest.raises(AttributeError, match=f"no '{name}' that can be set, .* patch_writer"):
             setattr(store, name, vertices)
+    store.add_attribute("height", np.float32)
+    for each in (store.attributes["height"], store.attributes["height"][0]):
+        with pytest.raises(AttributeError):
+            each.records = vertices
+    seen = []
+
+    def wrong(found):
+        with pytest.raises(AttributeError):
+            found.height = 1
+        seen.append(len(found["position"]))
+
+    store.visit(wrong, reads=["position"], writes=["height"])
+    assert sum(seen) == len(vertices)

@@ -253,6 +253,22 @@ TEST_CASE("UnpublishedOutput_WhoseFinalNameIsTakenMeanwhile_IsRefusedAndStaysBes
   CHECK(kept.filename().native().starts_with("d.complete-"));
 }
 
+TEST_CASE("BuildOutput_ErrorOfAnUnfinishedFile_IsAboutThePathThatTheUserGave") {
+  const TemporaryDirectory here;
+  UnpublishedFile file(here.path() / "f", Existing::kRefuse);
+  file.file();
+  const Error error = error_of([&] {
+    build_output(file, [&] {
+      throw Error(ErrorCode::kNoSpace, "write " + file.path().native() + ": full")
+          .about(file.path(), 7);
+    });
+  });
+  CHECK(error.code() == ErrorCode::kNoSpace);
+  CHECK(error.what() == "write " + (here.path() / "f").native() + ": full");
+  CHECK(error.path() == here.path() / "f");
+  CHECK(error.offset() == 7);
+}
+
 // Some FUSE file systems refuse every renaming.
 TEST_CASE("UnpublishedOutput_WhereNothingCanBeRenamed_StaysUnderItsUnfinishedName") {
   const TemporaryDirectory here;
