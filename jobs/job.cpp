@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "base/interruption.h"
 #include "base/stopwatch.h"
 #include "plait/error.h"
 #include "plait/registry.h"
@@ -170,13 +171,16 @@ std::string run_job(std::string_view name, const JobOptions& options, const JobW
   const double cpu_seconds_before = cpu_seconds();
   const std::shared_ptr<void> arguments = job.make();
   set_options(job, options, context.option_prefix, arguments.get());
+  Interruptible interruptible(name, watch.progress);
+  JobWatch asked = watch;
+  asked.progress = interruptible.progress();
   try {
     const BackendRegistry& backends =
         context.backends != nullptr ? *context.backends : default_backends();
     JobReport report =
         job.run(arguments.get(),
                 {backends, context.open_backends != nullptr ? *context.open_backends : backends,
-                 watch, context.parallel_for, options});
+                 asked, context.parallel_for, options});
     report["seconds"] = clock.seconds();
     report["cpu_seconds"] = cpu_seconds() - cpu_seconds_before;
     report["peak_rss_bytes"] = peak_rss_bytes();

@@ -9,6 +9,7 @@
 // Pinned by tests/kernels/normals_test.cpp.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "plait/detail/namespace.h"
@@ -32,28 +33,23 @@ struct RegularNormal {
            positive_zeros();
   }
 
-  /// The direction of a vector, in float32. If the square of its length is not comfortable() (the
-  /// units of the mesh are very small or very large), the length is computed in double. Zeros are
-  /// made positive: a ring rotated by 180 degrees would give them the other sign, but the result
-  /// must not depend on the face that evaluates the vertex. Pinned by
-  /// tests/acceptance/flat_surface_test.cpp.
+  /// The direction of cross(a, b), in float32. If the square of its length is not comfortable()
+  /// (the units of the mesh are very small or very large), the length is computed in double, and so
+  /// is the product, of scaled vectors, if it leaves the range of Real. Zeros are made positive: a
+  /// ring rotated by 180 degrees would give them the other sign, but the result must not depend on
+  /// the face that evaluates the vertex. Pinned by tests/acceptance/flat_surface_test.cpp.
   template <class Real>
-  static Vector3<float> direction(Vector3<Real> v) {
+  static Vector3<float> direction_of_cross(Vector3<Real> a, Vector3<Real> b) {
+    const Vector3<Real> v = cross(a, b);
     const Real square = dot(v, v);
-    if (comfortable(square)) return scaled_to_unit(v, square);
-    const Vector3<double> unit = normalized(Vector3<double>{v.x, v.y, v.z});
-    return Vector3<float>{float(unit.x), float(unit.y), float(unit.z)} + positive_zeros();
+    return comfortable(square) ? scaled_to_unit(v, square) : careful_direction(a, b, v);
   }
 
-  /// A normal of any length to the tangent plane of a regular vertex, from the differences of
-  /// opposite neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
-  template <class Real>
-  static constexpr Vector3<Real> cross_of(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
-    return cross(d0 + Real(0.5) * (d1 - d2), d1 + d2);
-  }
+  /// The normal of a regular vertex, from the differences of opposite neighbours: p_0 - p_3,
+  /// p_1 - p_4, p_2 - p_5.
   template <class Real>
   static Vector3<float> interior(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
-    return direction(cross_of(d0, d1, d2));
+    return direction_of_cross(d0 + Real(0.5) * (d1 - d2), d1 + d2);
   }
 
   /// The same for a border vertex with three faces: neighbours p_1 .. p_4, counterclockwise from
@@ -62,10 +58,37 @@ struct RegularNormal {
   static Vector3<float> border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p2,
                                Vector3<Real> p3, Vector3<Real> p4) {
     const Vector3<Real> across = Real(2) * ((p2 - v) + (p3 - v)) - ((p1 - v) + (p4 - v));
-    return direction(cross(p1 - p4, across));
+    return direction_of_cross(p1 - p4, across);
   }
 
  private:
+  static double largest_of(Vector3<double> v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  }
+  /// By a power of two, so that the largest number is between 1 and 2.
+  static Vector3<double> scaled(Vector3<double> v, double largest) {
+    if (!(largest > 0) || !std::isfinite(largest)) return v;
+    const int exponent = std::ilogb(largest);
+    return {std::scalbn(v.x, -exponent), std::scalbn(v.y, -exponent), std::scalbn(v.z, -exponent)};
+  }
+  /// direction_of_cross() for a product `v` that is not comfortable().
+  template <class Real>
+  [[gnu::noinline, gnu::cold]] static Vector3<float> careful_direction(Vector3<Real> a,
+                                                                       Vector3<Real> b,
+                                                                       Vector3<Real> v) {
+    // Between these bounds neither the products nor the square of the length, which is computed in
+    // double, overflow or lose digits.
+    constexpr double kLeast = sizeof(Real) == sizeof(float) ? 1e-36 : 1e-140,
+                     kMost = sizeof(Real) == sizeof(float) ? 1e36 : 1e150;
+    const Vector3<double> wide_a{a.x, a.y, a.z}, wide_b{b.x, b.y, b.z};
+    const double largest_a = largest_of(wide_a), largest_b = largest_of(wide_b),
+                 bound = largest_a * largest_b;
+    const Vector3<double> unit =
+        normalized(bound > kLeast && bound < kMost
+                       ? Vector3<double>{v.x, v.y, v.z}
+                       : cross(scaled(wide_a, largest_a), scaled(wide_b, largest_b)));
+    return Vector3<float>{float(unit.x), float(unit.y), float(unit.z)} + positive_zeros();
+  }
   static constexpr Vector3<float> positive_zeros() { return {0, 0, 0}; }  // -0 + 0 = 0
 };
 

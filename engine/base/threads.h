@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/interruption.h"
 #include "plait/detail/namespace.h"
 #include "plait/progress.h"
 
@@ -101,8 +102,9 @@ auto on_workers(Loop loop) {
 template <class Index, class Body>
 void each_on_workers(Index first, Index last, const Body& body) {
   on_workers([&] {
-    tbb::parallel_for(first, last, [&](Index i) {
+    tbb::parallel_for(first, last, [&, asked = Interruptible::current()](Index i) {
       const SignalsTaken taken;
+      const InterruptibleWorker worker(asked);
       body(i);
     });
   });
@@ -114,10 +116,12 @@ template <class Body>
 void ranges_on_workers(std::size_t count, std::size_t grain, const Body& body) {
   using Range = tbb::blocked_range<std::size_t>;
   on_workers([&] {
-    tbb::parallel_for(Range(0, count, grain), [&](const Range& range) {
-      const SignalsTaken taken;
-      body(range.begin(), range.end());
-    });
+    tbb::parallel_for(Range(0, count, grain),
+                      [&, asked = Interruptible::current()](const Range& range) {
+                        const SignalsTaken taken;
+                        const InterruptibleWorker worker(asked);
+                        body(range.begin(), range.end());
+                      });
   });
 }
 

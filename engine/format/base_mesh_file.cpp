@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "base/interruption.h"
 #include "base/text.h"
 #include "format/byte_order.h"
 #include "format/checksum.h"
@@ -36,6 +37,7 @@ constexpr std::uint64_t kMostExpansion = 1u << 14;
 constexpr std::size_t kInputVerticesOffset = 12;
 
 void append_frame(std::vector<std::byte>& file, std::span<const std::byte> content) {
+  poll_interruption();
   const std::size_t most = ZSTD_compressBound(content.size());
   // Not a vector: it would touch all pages, and a frame needs few of them.
   const auto frame = std::make_unique_for_overwrite<std::byte[]>(most);

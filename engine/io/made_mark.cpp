@@ -16,12 +16,22 @@ constexpr std::string_view kContent =
     "\x89plait\r\n"
     "plait made this directory for an output. If the run was killed, plait clean removes it.\n";
 
+constexpr std::string_view kKeptContent =
+    "This store is complete. It could not be renamed: copy it under another name, without this "
+    "file.\n";
+
+void write_mark(const Directory& directory, const char* name, std::string_view content) {
+  File mark(directory, name, OpenMode::kCreate);
+  mark.write_at(0, std::as_bytes(std::span(content)));
+  mark.close();
+}
+
 }  // namespace
 
-void write_made_mark(const Directory& directory) {
-  File mark(directory, kMadeMarkName, OpenMode::kCreate);
-  mark.write_at(0, std::as_bytes(std::span(kContent)));
-  mark.close();
+void write_made_mark(const Directory& directory) { write_mark(directory, kMadeMarkName, kContent); }
+
+void write_kept_mark(const Directory& directory) {
+  write_mark(directory, kKeptMarkName, kKeptContent);
 }
 
 bool has_made_mark(const Directory& directory) {

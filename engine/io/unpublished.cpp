@@ -239,16 +239,24 @@ bool UnpublishedDirectory::publish(bool durable) {
 
 std::filesystem::path UnpublishedDirectory::keep() noexcept {
   is_kept_ = true;
-  const std::filesystem::path path = name_->path();
+  std::filesystem::path path = name_->path();
   try {
     UnfinishedName kept(final_path_, "complete");
     while (!name_->give(made_.descriptor(), kept.next(), Renaming::kRefuse)) {
     }
+    path = kept.path();
     name_->parent().sync();
-    return kept.path();
-  } catch (const std::exception&) {
-    return name_->name().empty() ? final_path_ : path;
+  } catch (const std::exception&) {  // it stays under its unfinished name, or unsynced
   }
+  // Without its proof it is no left-over of a killed run; the manifest of a store must stay.
+  if (proof_ == MadeProof::kMark)
+    made_.remove_if_possible(kMadeMarkName);
+  else if (!name_->name().empty())
+    try {
+      write_kept_mark(made_);
+    } catch (const std::exception&) {  // a later run may remove it
+    }
+  return path;
 }
 
 namespace {
@@ -288,7 +296,7 @@ bool UnpublishedFile::has_its_name() const {
 UnpublishedFile::~UnpublishedFile() {
   if (!process_.is_current()) return;
   try {
-    if (file_.is_open() && has_its_name()) made_.made().remove(kOutputName);
+    if (file_.is_open() && !is_kept_ && has_its_name()) made_.made().remove(kOutputName);
   } catch (const std::exception&) {  // the next run with this output removes it
   }
 }
@@ -305,7 +313,8 @@ void UnpublishedFile::publish() {
     if (!made_.made().rename(kOutputName, parent, made_.name().final_name(), renaming))
       throw name_taken(final_path());
   } catch (const Error& error) {
-    keep(error);
+    throw Error(error.code(), fmt::format("{}; the new file is complete and stays at {}",
+                                          error.what(), keep().native()));
   }
   try {
     file_.close();
@@ -315,29 +324,37 @@ void UnpublishedFile::publish() {
   }
 }
 
-void UnpublishedFile::keep(const Error& error) {
+std::filesystem::path UnpublishedFile::keep() noexcept {
+  is_kept_ = true;
   const Directory& parent = made_.name().parent();
-  UnfinishedName kept(final_path(), "complete");
+  std::filesystem::path path;
   try {
+    UnfinishedName kept(final_path(), "complete");
     while (!made_.made().rename(kOutputName, parent, kept.next(), Renaming::kRefuse)) {
     }
+    path = kept.path();
     parent.sync();
-  } catch (const Error&) {
-    throw error;  // not even that
+  } catch (const std::exception&) {  // it stays in its directory, or unsynced
   }
-  throw Error(error.code(), fmt::format("{}; the new file is complete and stays at {}",
-                                        error.what(), kept.path().native()));
+  return path.empty() ? made_.keep() / kOutputName : path;
+}
+
+std::string with_final_name(std::string text, const std::filesystem::path& unfinished,
+                            const std::filesystem::path& final_path) {
+  if (unfinished.empty()) return text;  // the program has not made the output yet
+  for (std::size_t at = 0; (at = text.find(unfinished.native(), at)) != std::string::npos;) {
+    text.replace(at, unfinished.native().size(), final_path.native());
+    at += final_path.native().size();
+  }
+  return text;
 }
 
 Error with_final_name(const Error& error, const std::filesystem::path& unfinished,
                       const std::filesystem::path& final_path) {
-  if (unfinished.empty()) return error;  // the program has not made the output yet
-  std::string message = error.what();
-  for (std::size_t at = 0; (at = message.find(unfinished.native(), at)) != std::string::npos;) {
-    message.replace(at, unfinished.native().size(), final_path.native());
-    at += final_path.native().size();
-  }
-  return {error.code(), message};
+  Error named(error, with_final_name(error.what(), unfinished, final_path));
+  if (error.path().empty()) return named;
+  return named.about(with_final_name(error.path().native(), unfinished, final_path),
+                     error.offset());
 }
 
 PLAIT_END_NAMESPACE

@@ -130,8 +130,8 @@ class UnpublishedDirectory {
   bool publish(bool durable);
   /// Whether publish() has renamed it.
   bool has_final_name() const noexcept { return has_final_name_; }
-  /// Keeps the directory, which is complete, under a name of the kind "complete", which no run
-  /// removes; if that fails, under the name that it has. Returns its path. REQUIRES: directory().
+  /// Keeps the directory, which is complete, under a name of the kind "complete", or, if that
+  /// fails, under the name that it has. No run removes it. Returns its path. REQUIRES: directory().
   std::filesystem::path keep() noexcept;
 
  private:
@@ -170,18 +170,23 @@ class UnpublishedFile {
   /// REQUIRES: file(). Errors: kInvalidArgument if another process took the name meanwhile;
   /// kBadState if the file does not have its unfinished name any more; kIo, kNoSpace.
   void publish();
+  /// Keeps the file, which is complete, under a name of the kind "complete", or, if no renaming
+  /// succeeds, under its unfinished one. No run removes it. Returns its path. REQUIRES: file().
+  std::filesystem::path keep() noexcept;
 
  private:
   bool has_its_name() const;
-  /// Throws `error`, with the name under which the file stays.
-  [[noreturn]] void keep(const Error& error);
 
   const OwnProcess process_;  ///< the only one that may remove the file
   Existing existing_;
   UnpublishedDirectory made_;
   File file_;
+  bool is_kept_ = false;
 };
 
+/// Returns `text` with each `unfinished` in it replaced by `final_path`.
+std::string with_final_name(std::string text, const std::filesystem::path& unfinished,
+                            const std::filesystem::path& final_path);
 /// Returns `error` with the path `unfinished` replaced by `final_path`: the user never gave the
 /// unfinished one.
 Error with_final_name(const Error& error, const std::filesystem::path& unfinished,

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/interruption.h"
 #include "base/threads.h"
 #include "layout/hilbert.h"
 #include "layout/reverse_cuthill_mckee.h"
@@ -46,6 +47,7 @@ std::vector<FaceId> sorted_by(std::size_t face_count, KeyOf key_of) {
   using Key = decltype(key_of(FaceId{}));
   std::vector<std::pair<Key, FaceId>> keyed_faces(face_count);
   ranges_on_workers(face_count, 1 << 14, [&](std::size_t first, std::size_t last) {
+    poll_interruption();
     for (std::size_t face = first; face < last; ++face)
       keyed_faces[face] = {key_of(static_cast<FaceId>(face)), static_cast<FaceId>(face)};
   });

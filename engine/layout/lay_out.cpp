@@ -29,8 +29,11 @@ Candidate try_layout(const BaseMesh& mesh, LayoutKind kind) {
 Candidate best_layout(const BaseMesh& mesh) {
   std::array<Candidate, 3> candidates;
   constexpr std::array kKinds{LayoutKind::kSpatial, LayoutKind::kHilbert, LayoutKind::kRcm};
-  each_on_workers(std::size_t{0}, kKinds.size(),
-                  [&](std::size_t i) { candidates[i] = try_layout(mesh, kKinds[i]); });
+  // The longest first: the calling thread computes it, and it is the one that can be interrupted.
+  each_on_workers(std::size_t{0}, kKinds.size(), [&](std::size_t turn) {
+    const std::size_t i = kKinds.size() - 1 - turn;
+    candidates[i] = try_layout(mesh, kKinds[i]);
+  });
   std::size_t best = 0;
   for (std::size_t i = 1; i < candidates.size(); ++i)
     if (candidates[i].span < candidates[best].span) best = i;

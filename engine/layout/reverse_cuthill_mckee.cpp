@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "base/interruption.h"
 #include "base/threads.h"
 
 namespace plait::layout {
@@ -73,6 +74,7 @@ class StartFinder {
     for (*depth = 0;; ++*depth) {
       const std::size_t ring_end = queue_.size();
       for (std::size_t i = ring_begin; i < ring_end; ++i) {
+        if (is_turn_to_poll(i)) poll_interruption();
         for (const FaceId next : neighbours_[queue_[i]]) {
           if (next == kNoId) break;
           if (visited_[next] == search) continue;
@@ -110,6 +112,7 @@ std::vector<FaceId> reverse_cuthill_mckee(const Topology& topology) {
     if (finder.was_visited(seed)) continue;
     place(finder.find(seed));
     for (; done < order.size(); ++done) {
+      if (is_turn_to_poll(done)) poll_interruption();
       const std::size_t first_new = order.size();
       for (const FaceId next : neighbours[order[done]]) {
         if (next == kNoId || placed[next] != 0) continue;

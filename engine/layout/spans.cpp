@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <numeric>
 
+#include "base/interruption.h"
 #include "base/threads.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
@@ -54,7 +55,9 @@ namespace plait::layout {
 std::vector<EdgeId> number_edges(const BaseMesh& mesh, std::span<const FaceId> order) {
   std::vector<EdgeId> number(mesh.edge_count(), kNoId);
   EdgeId next = 0;
+  std::uint64_t turn = 0;
   for (const FaceId face : order) {
+    if (is_turn_to_poll(++turn)) poll_interruption();
     for (const std::size_t side : {2u, 0u, 1u}) {
       EdgeId& edge_number = number[mesh.face_edges()[face][side]];
       if (edge_number == kNoId) edge_number = next++;
@@ -70,6 +73,7 @@ LayoutSpans measure_spans(const BaseMesh& mesh, std::span<const EdgeId> number) 
   std::vector<Interval> interval_of_face(mesh.face_count());
   WidthCounter face_widths(mesh.edge_count());
   for (FaceId face = 0; face < interval_of_face.size(); ++face) {
+    if (is_turn_to_poll(face)) poll_interruption();
     const auto& edges = mesh.face_edges()[face];
     const auto [lowest, highest] =
         std::minmax({number[edges[0]], number[edges[1]], number[edges[2]]});
@@ -78,7 +82,9 @@ LayoutSpans measure_spans(const BaseMesh& mesh, std::span<const EdgeId> number) 
   }
   // The stencil of an edge is the edges of its two faces. Its interval is the union of theirs.
   WidthCounter loop_widths(mesh.edge_count());
+  std::uint64_t turn = 0;
   for (const Edge& edge : mesh.edges()) {
+    if (is_turn_to_poll(++turn)) poll_interruption();
     Interval stencil = interval_of_face[edge.own.face()];
     if (!edge.is_border()) {
       const Interval& other = interval_of_face[edge.other.face()];
@@ -101,6 +107,7 @@ std::uint64_t measure_loop_span(const BaseMesh& mesh, std::span<const EdgeId> nu
     }
   };
   each_on_workers(std::size_t{0}, widest.size(), [&](std::size_t part) {
+    poll_interruption();
     EdgeId most = 0;
     for (std::size_t edge = part * kGrain; edge < std::min((part + 1) * kGrain, edges.size());
          ++edge) {

@@ -81,9 +81,13 @@ Remaker::Recipe& Remaker::recipe_of(bool from_mesh, const std::string& attribute
   const Provenance made_by = from_mesh ? check_.provenance : Provenance{.base_level = base_level};
   recipe = {&stored};
   recipe.refusal =
-      fmt::format("no maker makes attribute '{}' again{}", attribute,
-                  made_by.scheme.empty() ? ", and the manifest names no scheme"
-                                         : fmt::format(" by scheme '{}'", made_by.scheme));
+      made_by.scheme.empty()
+          ? fmt::format(
+                "no scheme makes attribute '{}', which a pass, an import or a program has "
+                "written: run that again on a whole store, or take a copy of the file",
+                attribute)
+          : fmt::format("no maker makes attribute '{}' again by scheme '{}'", attribute,
+                        made_by.scheme);
   if (check_.base.depths() != nullptr || check_.depths_lost) {
     recipe.refusal = "its faces have depths of their own, and makers make all levels of all faces";
     return recipe;

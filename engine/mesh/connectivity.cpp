@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "base/interruption.h"
 #include "mesh/parallel_parts.h"
 #include "plait/error.h"
 
@@ -107,6 +108,7 @@ std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::sp
     state[seed] = kKept;
     queue.assign(1, seed);
     for (std::size_t head = 0; head < queue.size(); ++head) {
+      if (is_turn_to_poll(head)) poll_interruption();
       const FaceId face = queue[head];
       for (int side = 0; side < 3; ++side) {
         const FaceSide here(face, side);
@@ -163,6 +165,7 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
   std::vector<FaceSide> result(vertex_count);
   for (FaceId face = 0; face < faces.size(); ++face)
     for (int corner = 0; corner < 3; ++corner) {
+      if (is_turn_to_poll(face)) poll_interruption();
       const VertexId vertex = faces[face][static_cast<std::size_t>(corner)];
       Fan& fan = fans[vertex];
       ++fan.corner_count;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/interruption.h"
 #include "mesh/parallel_parts.h"
 #include "mesh/position_table.h"
 
@@ -124,6 +125,7 @@ Narrowing narrowing_of(std::span<const Vector3<double>> positions,
   std::vector<Vector3<double>> narrow(positions.size());
   PositionTable vertices(narrow);
   for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
+    if (is_turn_to_poll(vertex)) poll_interruption();
     narrow[vertex] = as_floats(positions[vertex]);
     if (!has_finite_numbers(positions[vertex])) continue;
     if (!has_finite_numbers(narrow[vertex])) {

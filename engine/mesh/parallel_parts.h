@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/caught.h"
+#include "base/interruption.h"
 #include "base/threads.h"
 #include "plait/detail/namespace.h"
 
@@ -26,6 +27,7 @@ template <class Body>
 void for_parts(std::size_t count, Body body) {
   std::vector<std::exception_ptr> failures(part_count(count));
   each_on_workers(std::size_t{0}, failures.size(), [&](std::size_t part) {
+    poll_interruption();
     try {
       body(part * kPartElements, std::min((part + 1) * kPartElements, count), part);
     } catch (...) {

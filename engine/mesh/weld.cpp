@@ -9,6 +9,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "base/interruption.h"
 #include "mesh/position_table.h"
 #include "plait/error.h"
 
@@ -81,6 +82,7 @@ std::vector<VertexId> welded_vertices(const std::vector<Vector3<double>>& positi
   PositionTable equal(positions);
   CellGrid near(positions, tolerance > 0 ? tolerance : 1);
   for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
+    if (is_turn_to_poll(vertex)) poll_interruption();
     becomes[vertex] = vertex;
     if (!is_placed(positions[vertex])) continue;
     const VertexId first = equal.find_or_add(positions[vertex], vertex);
@@ -139,7 +141,9 @@ std::uint64_t coinciding_vertices(const std::vector<Vector3<double>>& positions,
   PositionTable table(positions);
   std::vector<bool> counted(positions.size(), false);
   std::uint64_t count = 0;
+  std::uint64_t turn = 0;
   for (const VertexId vertex : vertices) {
+    if (is_turn_to_poll(++turn)) poll_interruption();
     if (!is_placed(positions[vertex])) continue;
     const VertexId first = table.find_or_add(positions[vertex], vertex);
     if (first == vertex) continue;

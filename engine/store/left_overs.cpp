@@ -79,6 +79,7 @@ std::vector<std::string> for_each_file(const Directory& directory, Visit visit) 
 std::optional<LeftOver> examine(const Directory& directory, const std::string& name,
                                 const UnfinishedNameParts& parts) {
   const Directory inner(directory, name);
+  if (inner.contains(kKeptMarkName)) return std::nullopt;
   LeftOver found;
   found.name = name;
   found.in_use = may_be_in_use(inner, parts);
@@ -140,7 +141,8 @@ bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
   const std::optional<UnfinishedNameParts> parts = read_unfinished_name(left_over.name);
   try {
     const Directory inner(directory, left_over.name);
-    if (!parts || may_be_in_use(inner, *parts) || !is_made(inner)) return false;
+    if (!parts || inner.contains(kKeptMarkName) || may_be_in_use(inner, *parts) || !is_made(inner))
+      return false;
     remove_left_overs_of_repairs(inner, {});
     return remove_all_made(inner) && directory.remove_directory(left_over.name);
   } catch (const Error& error) {

@@ -46,7 +46,15 @@ std::filesystem::path make_new_directory(const std::filesystem::path& path, cons
   UnpublishedDirectory output(OutputName(path).path, "partial", MadeProof::kMark, remove_content);
   remove_left_overs_of(path, warn);
   make(output.directory());
-  if (!output.publish(true)) throw directory_name_taken(output.final_path());
+  try {
+    if (!output.publish(true)) throw directory_name_taken(output.final_path());
+  } catch (const Error& error) {
+    // kBadState: another process has taken the directory away.
+    if (output.has_final_name() || error.code() == ErrorCode::kBadState) throw;
+    throw Error(error.code(), fmt::format("{}; the new directory is complete and stays at {}",
+                                          error.what(), output.keep().native()))
+        .about(output.final_path());
+  }
   return output.final_path();
 }
 

@@ -11,6 +11,7 @@
 #include "format/depths_file.h"
 #include "format/file_names.h"
 #include "io/control_groups.h"
+#include "io/unpublished.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/notices.h"
@@ -177,6 +178,14 @@ std::vector<std::string> notices(const Store& store) {
   if (state.telling)
     for (std::string& line : state.telling->notices()) lines.push_back(std::move(line));
   return lines;
+}
+
+void tell_notices(const Store& store, const std::function<void(const std::string&)>& warn,
+                  const std::filesystem::path& named) {
+  if (!warn) return;
+  const std::filesystem::path& path = StoreAccess::state(store).path;
+  for (const std::string& line : notices(store))
+    warn(with_final_name(line, path, named.empty() ? path : named));
 }
 
 void Store::Implementation::make_ready() {

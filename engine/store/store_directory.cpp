@@ -4,6 +4,7 @@
 
 #include "format/file_names.h"
 #include "format/manifest.h"
+#include "io/made_mark.h"
 #include "plait/error.h"
 #include "store/lock.h"
 #include "store/version_locks.h"
@@ -27,7 +28,7 @@ std::vector<File> hold_store(const Directory& store) {
 bool is_store_file_name(std::string_view name) {
   return is_version_file_name(name) || is_bounds_file_name(name) || is_base_index_name(name) ||
          is_viewer_file_name(name) || name == kBaseMeshName || name == kDepthsName ||
-         name == kLockName || name == kManifestName;
+         name == kLockName || name == kManifestName || name == kKeptMarkName;
 }
 
 std::vector<std::string> remove_store_files(const Directory& store) {

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/interruption.h"
 #include "export/numbered_triangles.h"
 #include "export/vertex_stream.h"
 #include "job_rules.h"
@@ -26,6 +27,7 @@ void read_positions(const Store& store, int level, const SampleNumbers& numbers,
   const Reader reader(store, {.attributes = {"position"}, .policy = EvictionPolicy::kLayoutOrder});
   mesh.positions.resize(numbers.count());
   for (FaceId face = 0; face < store.base().face_count(); ++face) {
+    poll_interruption();
     const PatchView patch = reader.read_patch(face, level);
     const auto positions = patch.attribute<Vector3<Real>>("position");
     for (std::int64_t j = 0; j <= numbers.size(); ++j)
@@ -61,6 +63,7 @@ IndexedMesh read_drawn(Store& store, int level) {
   mesh.faces.reserve(patches.triangle_count());
   const AttributeId position = store.attribute("position");
   stream_vertices(store, std::span(&position, 1), patches, [&](auto records, std::size_t count) {
+    poll_interruption();
     for (std::size_t vertex = 0; vertex < count; ++vertex) {
       Vector3<Real> at;
       std::memcpy(&at, records[0].data() + vertex * sizeof(at), sizeof(at));

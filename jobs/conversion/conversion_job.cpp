@@ -115,7 +115,7 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     Store copy = Store::create(path, base_of_copy(request, source), result.options, backends,
                                source.provenance());
     if (request.uuid) set_uuid(copy, *request.uuid);
-    tell_notices(copy, watch.warn);
+    tell_notices(copy, watch.warn, request.to);
     const bool changes_later = static_cast<bool>(request.change);
     const ProgressCallback progress = begin_step(watch, changes_later ? "copy" : "convert");
     if (fills)

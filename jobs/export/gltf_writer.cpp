@@ -190,6 +190,20 @@ void warn_of_own_names(const ExportTask& task, std::span<const GltfColumn> colum
   }
 }
 
+/// Three numbers may be a direction, which would have to be turned with the surface, or may not.
+void warn_of_unturned(const ExportTask& task, std::span<const GltfColumn> columns) {
+  for (const GltfColumn& column : columns) {
+    const AttributeSchema& schema = task.schema(column.attribute);
+    const bool is_float =
+        schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64;
+    if (schema.components != 3 || !is_float || !column.semantic.starts_with('_')) continue;
+    task.warn(
+        fmt::format("export {}: up z turns positions and normals only: {} has the three "
+                    "numbers of '{}' as the store has them",
+                    task.store.path().native(), column.semantic, schema.name));
+  }
+}
+
 /// One file: a header, the text, and the numbers. The text has the bounds of the groups, which are
 /// known when all numbers are written, so its place is kept.
 void write_glb(const GltfDocument& document, const GltfPlacement& placement, const ExportTask& task,
@@ -240,6 +254,7 @@ GltfOutcome write_gltf_level(const ExportTask& task, OutputFiles& files) {
   const GltfSurvey found = survey(task, document.columns(), placement);
   warn_of(task, found);
   warn_of_own_names(task, document.columns());
+  if (placement.z_up) warn_of_unturned(task, document.columns());
   GltfOutcome outcome;
   outcome.without_normals = found.normals_without_direction > 0;
   if (outcome.without_normals) document = GltfDocument(task, placement, false);

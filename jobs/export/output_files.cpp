@@ -54,8 +54,18 @@ Error OutputFiles::named(Error error) const {
 }
 
 void OutputFiles::publish() {
+  for (UnpublishedFile& file : files_) file.file().sync();
   while (!files_.empty()) {
-    files_.back().publish();
+    try {
+      files_.back().publish();
+    } catch (const Error& error) {
+      files_.pop_back();
+      std::string message = error.what();
+      for (UnpublishedFile& file : files_)
+        message += fmt::format("; {} is complete and stays at {}", file.final_path().native(),
+                               file.keep().native());
+      throw Error(error.code(), message).about(path_);
+    }
     files_.pop_back();
   }
   for (const Older& each : older_) {

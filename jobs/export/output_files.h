@@ -40,6 +40,7 @@ class OutputFiles {
 
   /// `error` with the final names of the files.
   Error named(Error error) const;
+  /// If a file cannot get its name, it and those after it stay under names that the error tells.
   /// Errors: those of UnpublishedFile::publish. Only warns if an older file cannot be removed.
   void publish();
 

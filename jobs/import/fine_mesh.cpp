@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "address/record_sizes.h"
+#include "base/interruption.h"
 #include "io/huge_pages.h"
 #include "mesh/files/ply_header.h"
 #include "mesh/weld.h"
@@ -183,14 +184,18 @@ ImportedBase imported_base(const FineMesh& mesh, const LevelMesh& level,
   view.sort_as_in_file(faces);
   for (const FaceId face : faces)
     for (int corner = 0; corner < 3; ++corner) vertices.push_back(view.file_vertex({face, corner}));
+  poll_interruption();
   std::ranges::sort(vertices);
+  poll_interruption();
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
 
   IndexedMesh base;
   ImportedBase result;
   for (const VertexId vertex : vertices)
     base.positions.push_back(position_of(mesh.attributes[0], vertex));
+  std::uint64_t turn = 0;
   for (const FaceId face : faces) {
+    if (is_turn_to_poll(++turn)) poll_interruption();
     FaceVertices& corners = base.faces.emplace_back();
     for (int corner = 0; corner < 3; ++corner)
       corners[static_cast<std::size_t>(corner)] = static_cast<VertexId>(

@@ -7,12 +7,14 @@
 #include <cstring>
 #include <utility>
 
+#include "base/interruption.h"
 #include "base/stopwatch.h"
 #include "import/fine_mesh.h"
 #include "job_rules.h"
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
 #include "plait/error.h"
+#include "plait/extend/notices.h"
 #include "plait/extend/store_access.h"
 #include "plait/patch_writer.h"
 #include "plait/progress.h"
@@ -187,7 +189,9 @@ StoreOptions Import::options_of_store() {
 std::vector<FaceSide> corners_in_order(const ImportedBase& base, const BaseMesh& laid_out) {
   std::vector<FaceId> sorted(base.mesh.face_count());
   for (FaceId face = 0; face < sorted.size(); ++face) sorted[face] = face;
+  std::uint64_t turn = 0;
   const auto corners_of = [&](FaceId face) -> const FaceVertices& {
+    if (is_turn_to_poll(++turn)) poll_interruption();
     return base.mesh.faces()[face];
   };
   std::ranges::sort(sorted, {}, corners_of);
@@ -210,6 +214,7 @@ void Import::make_store(const std::filesystem::path& path) {
   result_.border_edges = laid_out.mesh.border_edge_count();
   Store store = Store::create(path, std::move(laid_out), options_of_store(), backends_,
                               {.base_level = result_.base_level});
+  tell_notices(store, watch_.warn, request_.store);
   for (const MeshAttribute& attribute : mesh_.attributes)
     store.add_attribute(attribute.schema, result_.levels);
   write_patches(store, corners);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <queue>
 
+#include "base/interruption.h"
 #include "plait/extend/edge_index.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -30,6 +31,7 @@ std::vector<EdgeId> cut_at(const Topology& mesh, std::uint32_t parts, double mos
   std::vector<EdgeId> starts = {0};
   double sum = 0;
   for (EdgeId edge = 0; edge < mesh.edges.size() && starts.size() <= parts; ++edge) {
+    if (is_turn_to_poll(edge)) poll_interruption();
     const double with = sum + cost_of(mesh, starts.back(), edge, cost);
     if (with <= most || edge == starts.back()) {
       sum = with;
@@ -103,6 +105,7 @@ std::vector<PlannedPart> figures_of_parts(const Topology& mesh, const std::vecto
     part.edge_after =
         at + 1 < starts.size() ? starts[at + 1] : static_cast<EdgeId>(mesh.edges.size());
     for (EdgeId edge = part.first_edge; edge < part.edge_after; ++edge) {
+      if (is_turn_to_poll(edge)) poll_interruption();
       part.records += cost.records(mesh.edges[edge]);
       part.faces += static_cast<std::uint64_t>(new_faces(mesh, part.first_edge, edge));
     }

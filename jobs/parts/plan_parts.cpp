@@ -180,8 +180,10 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
       request.plan, [&](const std::string& what) { plan.warnings.push_back(what); }, remove_plan,
       [&](const Directory& directory) {
         file.base_mesh = write_base_mesh_file(directory, mesh);
+        go_on(3);
         if (has_index)
           write_base_index_file(directory, kBaseIndexName, mesh, file.base_mesh.checksum, true);
+        go_on(3);
         if (request.calibrate) {
           plan.rates = measure_machine(directory, file, mesh.topology(), cost,
                                        OutputName(request.plan).path, request.progress, backends);

@@ -15,6 +15,7 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/attributed_mesh.h"
+#include "plait/extend/notices.h"
 #include "plait/progress.h"
 #include "plait/store.h"
 #include "plait/store_info.h"
@@ -218,6 +219,7 @@ void ScanRun::write_store(const std::filesystem::path& path) {
   options.expected_bytes = surface.positions.size() * 3 * component_bytes(report_.precision);
   Store store =
       Store::create(path, BaseMesh(surface.base), options, backends_, {.layout = "hilbert"});
+  tell_notices(store, watch_.warn, request_.store);
   write_levels(surface, report_.precision, store, request_.threads, progress_.during(kWriting));
   write_attributes(attributes_, scan_, sampled_.samples, surface, store, request_.threads,
                    progress_.during(kWritingAttributes));

@@ -85,7 +85,7 @@ void PlannedRun::open_store(BaseMesh base) {
   if (watch_.before_files) watch_.before_files();
   const Stopwatch clock;
   if (!store_) create_store(std::move(base));
-  tell_notices(*store_, watch_.warn);
+  tell_notices(*store_, watch_.warn, request_.store);
   result_.resumed_level = store_->finest_level();
   result_.base_mesh_bytes = store_->base().memory_bytes();
   if (!plan_.earlier || !plan_.earlier->finished) plan_levels();

@@ -45,7 +45,7 @@ inline void regular_at(const Vector3<float>* v, std::int64_t stride, Vector3<flo
     const Lanes unit = (1 / std::sqrt(square)) * normal + kZeros;
     std::memcpy(to, &unit, sizeof(*to));
   } else {
-    *to = direction(Vector3<float>{normal[0], normal[1], normal[2]});
+    *to = regular(v[stride] - v[-stride], v[1] - v[-1], v[1 - stride] - v[stride - 1]);
   }
 }
 inline void regular_at(const Vector3<double>* v, std::int64_t stride, Vector3<float>* to) {

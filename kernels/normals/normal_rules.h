@@ -31,12 +31,8 @@
 
 namespace plait::normals {
 
-// The rules of vertices that are no base vertices are in base/regular_normal.h. These two are not
-// inlined: rows call them for single lanes only, and their loops stay short.
-template <class Real>
-[[gnu::noinline]] Vector3<float> direction(Vector3<Real> v) {
-  return RegularNormal::direction(v);
-}
+// The rules of vertices that are no base vertices are in base/regular_normal.h. This one is not
+// inlined: rows call it for single lanes only, and their loops stay short.
 template <class Real>
 [[gnu::noinline]] Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
   return RegularNormal::interior(d0, d1, d2);
@@ -111,7 +107,7 @@ Vector3<float> of_base_vertex(std::span<const BaseMasks::Weights> mask, const Ve
     first = first + along * d;
     second = second + across * d;
   }
-  return direction(cross(first, second));
+  return RegularNormal::direction_of_cross(first, second);
 }
 
 /// Computes the normals of the base vertices. `rings` has their neighbours at the finest level.

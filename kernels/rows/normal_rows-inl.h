@@ -32,7 +32,7 @@ struct Axes {
   }
 };
 
-/// As RegularNormal::cross_of().
+/// The product in RegularNormal::interior().
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Axes<V> regular_cross(D d, const Axes<V>& d0, const Axes<V>& d1, const Axes<V>& d2) {
   const Axes<V> a = d0 + hn::Set(d, hn::TFromD<D>(0.5)) * (d1 - d2), b = d1 + d2;

@@ -1,6 +1,7 @@
 """Stores that are made of arrays."""
 
 import os
+import warnings
 from ctypes import byref, c_void_p
 
 import numpy as np
@@ -33,7 +34,7 @@ def create(vertices, faces, path=None, backend=None, dtype=None, layout="given",
     block_bytes: unit of I/O, a power of two; None: 64 KiB, or 256 KiB with compression. memory: the most memory for blocks; a number or a text such as "64MiB".
     warn: a function of a text, told what was changed in the mesh; None: Python warns.
     """
-    vertices = np.ascontiguousarray(_records.unmasked("vertices", vertices), np.float64)
+    vertices, rounded = _records.positions("vertices", vertices)
     given = _records.unmasked("faces", faces)
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise InvalidArgument(f"vertices: expected shape (n, 3), found {vertices.shape}")
@@ -48,6 +49,10 @@ def create(vertices, faces, path=None, backend=None, dtype=None, layout="given",
         "<f4": types.FLOAT32, "<f8": types.FLOAT64}.get(np.dtype(dtype).newbyteorder("<").str)
     if position is None:
         raise InvalidArgument(f"dtype: expected float32 or float64, found {np.dtype(dtype)}")
+    if rounded:
+        words = (f"vertices: float64 rounds coordinates of {rounded} of {len(vertices)} vertices; "
+                 "subtract an origin first")
+        warnings.warn(words, stacklevel=2) if warn is None else warn(words)
     if path is None and backend is None:
         backend = "memory"
     store = None

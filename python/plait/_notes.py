@@ -27,6 +27,39 @@ def texts(store):
         return found
 
 
+class Snapshot(dict):
+    """What a property of a store made anew: a change of it would be lost, so it takes none. dict() makes
+    one that does."""
+
+    def __init__(self, entries, way):
+        super().__init__(entries)
+        self._way = way
+
+    def _refuse(self):
+        raise TypeError(f"this dict is a copy, and the store would not hear of a change: {self._way}")
+
+    def __setitem__(self, key, value):
+        self._refuse()
+
+    def __delitem__(self, key):
+        self._refuse()
+
+    def update(self, *args, **kwargs):
+        self._refuse()
+
+    def setdefault(self, key, default=None, /):
+        self._refuse()
+
+    def pop(self, key, *default):
+        self._refuse()
+
+    def clear(self):
+        self._refuse()
+
+    def __reduce__(self):
+        return dict, (dict(self),)
+
+
 def _face_types(store):
     """The dtype of each attribute of faces."""
     found, info = {}, types.plait_attribute_info()

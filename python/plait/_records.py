@@ -25,6 +25,25 @@ def unmasked(what, records):
     return np.asarray(records)
 
 
+def rounded(given, floats):
+    """Where these numbers, which are `given` as floats, are others: where a whole number has more digits
+    than the type, or a long double has."""
+    wide = np.longdouble
+    return floats.astype(wide) != given.astype(wide)
+
+
+def positions(what, given):
+    """The numbers as float64, and in how many rows that rounds one."""
+    given = unmasked(what, given)
+    if given.dtype.kind not in "iufO":
+        raise InvalidArgument(f"{what}: expected numbers, found {given.dtype}")
+    floats = np.ascontiguousarray(given, np.float64)
+    if given.dtype.kind == "O" or given.dtype.itemsize < 8 or given.dtype == np.float64:
+        return floats, 0
+    changed = rounded(given, floats) & ~np.isnan(floats)
+    return floats, int(changed.reshape(len(floats), -1).any(1).sum()) if floats.ndim else 0
+
+
 def fitted(what, records, dtype):
     """The records as this dtype, if that loses no kind of number: float64 may become float32, but 1.5
     no integer; and a whole number that the dtype does not have is refused."""
@@ -41,6 +60,12 @@ def fitted(what, records, dtype):
                                   f"{low if low < allowed.min else high}")
     try:
         with np.errstate(over="raise"):
-            return given.astype(dtype)
+            result = given.astype(dtype)
+        changed = rounded(given, result) if given.dtype.kind in "iu" and dtype.kind == "f" else None
+        if changed is not None and changed.any():
+            raise InvalidArgument(f"{what}: expected whole numbers that {dtype} has, found "
+                                  f"{given[changed][0]} and {changed.sum() - 1} others that it rounds: "
+                                  "float64 has all up to 2^53, int64 all of them")
+        return result
     except FloatingPointError:
         raise InvalidArgument(f"{what}: a number is too large for {dtype}") from None

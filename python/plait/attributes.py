@@ -30,6 +30,9 @@ class Attribute:
     It holds nothing open: it asks the store whenever it is used, so it shows what the store has now.
     """
 
+    # What else is set on it would be lost, so it is refused.
+    __slots__ = ("_store", "name", "__weakref__")
+
     def __init__(self, store, name):
         self._store = store
         self.name = name
@@ -122,6 +125,9 @@ class LevelArray:
     mmap in a store that was opened for reading, a slice of consecutive vertices is no copy; it stays
     valid after the store is closed. While such a slice exists, the store cannot be changed.
     """
+
+    # What else is set on it would be lost, so it is refused.
+    __slots__ = ("_store", "name", "level", "__weakref__")
 
     def __init__(self, store, name, level):
         self._store = store

@@ -45,6 +45,12 @@ class Store:
         self._options = (memory, io_threads)
         self._name, self._edits = uuid.uuid4().hex, 0
 
+    def __setattr__(self, name, value):
+        if not name.startswith("_"):
+            raise AttributeError(f"a store has no {name!r} that can be set, and would lose it: visit(), "
+                                 "patch_writer(), set_text() and set_face_attribute() change the store")
+        super().__setattr__(name, value)
+
     # ---- What it has
 
     def _store(self):
@@ -102,7 +108,8 @@ class Store:
     @property
     def attributes(self):
         """The attributes by name, as a dict of Attribute objects."""
-        return {name: Attribute(self, name) for name in self._names()}
+        return _notes.Snapshot({name: Attribute(self, name) for name in self._names()},
+                               "add_attribute() and patch_writer() change the store")
 
     @property
     def base(self):
@@ -471,7 +478,7 @@ class Store:
     @property
     def texts(self):
         """What people note about the store, such as units and author: a dict of texts by name."""
-        return _notes.texts(self._store())
+        return _notes.Snapshot(_notes.texts(self._store()), "set_text() changes the store")
 
     def set_text(self, name, value):
         """Notes a text, which the next commit records. None or "" removes it. name: 1 to 255
@@ -482,7 +489,8 @@ class Store:
     def face_attributes(self):
         """Attributes of the base faces, such as materials: a dict of read-only arrays by name, with
         one number for each face, in the order of store.base.triangles."""
-        return _notes.face_attributes(self._store(), self._raw_info().face_count)
+        return _notes.Snapshot(_notes.face_attributes(self._store(), self._raw_info().face_count),
+                               "set_face_attribute() changes the store")
 
     def set_face_attribute(self, name, numbers, dtype=None):
         """Writes an attribute of the base faces, and adds it if it is new.

@@ -26,6 +26,9 @@ class Vertices:
     base: whether they are base vertices.
     """
 
+    # What else is set on it would be lost, so it is refused.
+    __slots__ = ("_store", "valence", "border", "base", "levels", "places", "_records", "_neighbours", "__weakref__")
+
     def __init__(self, batch, visited, store):
         self._store = store
         count = batch.count

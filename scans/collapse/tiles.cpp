@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/interruption.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
@@ -13,6 +15,7 @@ void divide(std::span<FaceId> faces, std::span<const Point> middles, std::size_t
     std::sort(tiles.back().begin(), tiles.back().end());
     return;
   }
+  poll_interruption();
   Point low = middles[faces[0]], high = low;
   for (const FaceId face : faces)
     for (int axis = 0; axis < 3; ++axis) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/interruption.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
@@ -90,7 +92,10 @@ void TriangleTree::choose_origin() {
 
 void TriangleTree::build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles,
                          const std::function<void()>& go_on) {
-  if (go_on && count > kFacesBetweenCalls) go_on();
+  if (count > kFacesBetweenCalls) {
+    if (go_on) go_on();
+    poll_interruption();
+  }
   const std::size_t at = nodes_.size();
   nodes_.emplace_back();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/interruption.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::uint64_t pair_sides(std::size_t vertices, std::span<const std::array<VertexId, 3>> faces,
@@ -17,11 +19,13 @@ std::uint64_t pair_sides(std::size_t vertices, std::span<const std::array<Vertex
   // The sides whose lower vertex is v are a list: first[v], then next[side]; latest side first.
   std::vector<std::uint32_t> first(vertices, kNoId), next(sides);
   for (std::size_t side = 0; side < sides; ++side) {
+    if (is_turn_to_poll(side)) poll_interruption();
     next[side] = first[low(side)];
     first[low(side)] = static_cast<std::uint32_t>(side);
   }
   std::uint64_t shared = 0;
   for (std::size_t side = 0; side < sides; ++side) {
+    if (is_turn_to_poll(side)) poll_interruption();
     std::uint32_t other = kNoId;
     std::size_t count = 0;
     bool is_first = true;
@@ -51,7 +55,7 @@ std::vector<std::uint64_t> face_components(std::size_t faces, std::span<const Fa
     while (!waiting.empty()) {
       const FaceId face = waiting.back();
       waiting.pop_back();
-      ++sizes.back();
+      if (is_turn_to_poll(++sizes.back())) poll_interruption();
       for (int side = 0; side < 3; ++side) {
         const FaceSide beyond = across[FaceSide(face, side).code];
         if (!beyond.exists() || component[beyond.face()] != kNoId) continue;

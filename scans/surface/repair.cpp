@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/interruption.h"
 #include "mesh/mesh_source.h"
 #include "mesh/weld.h"
 #include "plait/error.h"
@@ -97,6 +98,7 @@ void Repair::remove_bad_faces() {
   }
   std::size_t kept = 0;
   for (std::size_t face = 0; face < faces_.size(); ++face) {
+    if (is_turn_to_poll(face)) poll_interruption();
     const auto& [a, b, c] = faces_[face];
     for (const VertexId vertex : faces_[face])
       if (vertex >= positions_.size())
@@ -127,6 +129,7 @@ void Repair::remove_duplicates() {
   };
   std::vector<bool> stays(faces_.size(), true);
   for (FaceId face = 0; face < face_count(); ++face) {
+    if (is_turn_to_poll(face)) poll_interruption();
     const auto corners = sorted(face);
     for (FaceId other = first[corners[0]]; other != kNoId && stays[face]; other = next[other])
       if (sorted(other) == corners) stays[face] = false;
@@ -152,6 +155,7 @@ void Repair::orient() {
     seen[first] = 1;
     std::size_t turned_count = 0;
     for (std::size_t at = 0; at < component.size(); ++at) {
+      if (is_turn_to_poll(at)) poll_interruption();
       const FaceId face = component[at];
       for (int side = 0; side < 3; ++side) {
         const FaceSide beyond = across(face, side);
@@ -211,6 +215,7 @@ bool Repair::split_vertices() {
   bool any = false;
   for (FaceId face = 0; face < face_count(); ++face)
     for (int at = 0; at < 3; ++at) {
+      if (is_turn_to_poll(face)) poll_interruption();
       const FaceSide start(face, at);
       if (corner_seen[start.code] != 0) continue;
       const VertexId vertex = corner(face, at);
@@ -300,6 +305,7 @@ void Repair::fill_holes(std::uint64_t most_edges) {
 
 void Repair::remove_unused_vertices() {
   std::vector<VertexId> number(positions_.size(), kNoId);
+  poll_interruption();
   for (const auto& face : faces_)
     for (const VertexId vertex : face) number[vertex] = 0;
   VertexId kept = 0;
@@ -366,9 +372,11 @@ SurfaceFigures figures_of(const Surface& surface) {
   figures.euler_number = static_cast<std::int64_t>(figures.vertices + figures.faces) -
                          static_cast<std::int64_t>(figures.edges);
   for (FaceId face = 0; face < surface.faces.size(); ++face)
-    for (int at = 0; at < 3; ++at)
+    for (int at = 0; at < 3; ++at) {
+      if (is_turn_to_poll(face)) poll_interruption();
       if (const FaceSide side(face, at); side.code < surface.across[side.code].code)
         figures.folded_edges += has_fold(surface, side) ? 1u : 0u;
+    }
   return figures;
 }
 

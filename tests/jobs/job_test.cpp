@@ -1,14 +1,18 @@
 // Jobs by their names: what their options take, and what they refuse.
 #include "plait/job.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "support/answering_operations.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 
@@ -115,6 +119,47 @@ TEST_CASE("RunJob_ThatChangesNothingYet_SaysSoBeforeTheFirstFile") {
     const JobOptions options{{"input", mesh}, {"output", store}, size};
     CHECK(error_of([&] { run_job(job, options, watch); }).code() == ErrorCode::kCancelled);
     CHECK_FALSE(std::filesystem::exists(store));
+  }
+}
+
+// Nothing in this job tells progress. It takes longer than the 50 ms between two questions.
+TEST_CASE("RunJob_WithoutAnyProgressOfItsOwn_IsCancelledAllTheSame") {
+  const TemporaryDirectory here;
+  const std::string mesh = (here.path() / "m.ply").string();
+  run_job("generate", {{"kind", "torus"}, {"out", mesh}, {"vertices", "400000"}});
+  JobWatch watch;
+  watch.progress = [](const Progress&) { return false; };
+  const Error error = error_of([&] { run_job("check", {{"mesh", mesh}}, watch); });
+  CHECK(error.code() == ErrorCode::kCancelled);
+  CHECK_THAT(error.what(), Catch::Contains("check: cancelled"));
+}
+
+TEST_CASE("RunJob_WhereTheFileSystemHasNoLocks_SaysSoWithTheNameOfTheOutput") {
+  const TemporaryDirectory here;
+  const auto in = [&](const char* name) { return (here.path() / name).string(); };
+  const std::string mesh = octahedron_in(here);
+  const AnsweringOperations no_locks(FileOperation::Kind::kLock, ENOLCK);
+  const std::pair<std::string_view, JobOptions> runs[] = {
+      {"subdivide", {{"input", mesh}, {"output", in("s.plait")}, {"levels", "3"}}},
+      {"convert", {{"input", in("s.plait")}, {"output", in("c.plait")}}},
+      {"pass", {{"store", in("s.plait")}, {"kind", "noise"}, {"out", in("p.plait")}}},
+      {"export", {{"input", in("s.plait")}, {"output", in("e.ply")}}},
+      {"import", {{"input", in("e.ply")}, {"output", in("i.plait")}}},
+      {"remesh",
+       {{"input", in("e.ply")}, {"output", in("r.plait")}, {"faces", "8"}, {"levels", "2"}}}};
+  for (const auto& [job, options] : runs) {
+    CAPTURE(job);
+    std::vector<std::string> lines;
+    JobWatch watch;
+    watch.warn = [&](const std::string& line) {
+      if (line.find("has no locks") != std::string::npos) lines.push_back(line);
+    };
+    run_job(job, options, watch);
+    if (job == "export") continue;
+    REQUIRE(lines.size() == 1);
+    const auto output = std::ranges::find_if(
+        options, [](const auto& option) { return option.first.starts_with("out"); });
+    CHECK_THAT(lines[0], Catch::StartsWith(output->second + ":"));
   }
 }
 

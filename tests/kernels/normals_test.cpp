@@ -80,3 +80,23 @@ TEST_CASE("Normals_TinyAndHugeUnits_AreOfUnitLength") {
     CHECK(measure_angles(store, oracle).rms() < 1e-4);
   }
 }
+
+// Products of such numbers leave the range of float, or of double.
+TEST_CASE("Normals_UnitsWhoseProductsHaveNoNumber_AreThoseOfTheSameShape") {
+  const naive::Mesh oracle = naive::subdivide(to_naive(icosahedron()), naive::Scheme::kLoop, 3);
+  for (const ExecutorKind executor :
+       {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent})
+    for (const double scale :
+         {1e-30, 1e-23, 1e-19, 1e19, 1e20, 1e36, 1e-300, 1e-160, 1e-100, 1e78, 1e160, 1e300}) {
+      CAPTURE(to_string(executor), scale);
+      const bool is_double = std::abs(std::log10(scale)) > 37;
+      IndexedMesh mesh = icosahedron();
+      for (Vector3<double>& position : mesh.positions) position = scale * position;
+      SubdivideOptions options;
+      options.executor = executor;
+      options.levels = 3;
+      options.normals = true;
+      Store store = refine_in_memory(mesh, options, is_double);
+      CHECK(measure_angles(store, oracle).rms() < 1e-4);
+    }
+}

@@ -1,6 +1,8 @@
 """The caller's own numbers of faces and vertices, base levels, notes, and what else a program keeps
 with its mesh."""
 
+import pickle
+
 import numpy as np
 import plait
 import pytest
@@ -229,3 +231,73 @@ def test_positions_that_float32_does_not_keep_are_float64_by_default(tmp_path):
     assert plait.create(near * 1e300, faces, warn=told.append)["position"].dtype == np.float64
     with pytest.raises(plait.InvalidArgument, match="no number for"):
         plait.create(near * 1e300, faces, dtype=np.float32)
+
+
+@pytest.mark.parametrize("dtype", [complex, "M8[s]", str, bool])
+def test_what_is_no_number_is_no_position(dtype):
+    vertices, faces = icosahedron()
+    with pytest.raises(plait.InvalidArgument, match="vertices: expected numbers, found"):
+        plait.create(np.asarray(vertices).astype(int).astype(dtype), faces)
+
+
+def test_positions_that_float64_rounds_are_counted():
+    vertices, faces = icosahedron()
+    whole = (np.asarray(vertices) * 2**40).astype(np.int64)
+    assert plait.create(whole, faces).base.vertices.shape == whole.shape
+    far = whole.copy()
+    far[[3, 5], 0] += 2**60 + 1
+    with pytest.warns(UserWarning, match="rounds coordinates of 2 of 12 vertices"):
+        plait.create(far, faces)
+    told = []
+    plait.create(np.asarray(vertices, np.longdouble) / 3, faces, warn=told.append)
+    assert len(told) == 1 and "of 12 vertices" in told[0]
+
+
+@pytest.mark.parametrize("dtype, first", [(np.float32, 2**24 + 1), (np.float64, 2**53 + 1)])
+def test_whole_numbers_that_an_attribute_rounds_are_refused(dtype, first):
+    store = plait.create(*icosahedron())
+    store.add_attribute("number", dtype)
+    with store.patch_writer("number", last_level=0) as patches:
+        patches.write_patch("number", 0, 0, np.array([first - 1] * 3))
+        with pytest.raises(plait.InvalidArgument, match=f"found {first} and 0 others that it rounds"):
+            patches.write_patch("number", 1, 0, np.array([0, first, 1]))
+        for face in range(1, len(store.base.triangles)):
+            patches.write_patch("number", face, 0, np.zeros(3))
+
+
+def test_a_dict_that_is_a_copy_takes_no_change():
+    store = plait.create(*icosahedron())
+    store.set_text("units", "mm")
+    store.set_face_attribute("part", np.arange(20))
+    for found, key, way in ((store.attributes, "position", "add_attribute"), (store.texts, "units", "set_text"),
+                            (store.face_attributes, "part", "set_face_attribute")):
+        with pytest.raises(TypeError, match=way):
+            found["new"] = found[key]
+        for change in (lambda: found.update({key: 1}), lambda: found.pop(key), found.clear,
+                       lambda: found.setdefault("new", 1), lambda: found.__delitem__(key)):
+            with pytest.raises(TypeError, match="is a copy"):
+                change()
+    own = dict(store.texts)
+    own["units"] = "m"
+    assert store.texts == {"units": "mm"} == pickle.loads(pickle.dumps(store.texts))
+
+
+def test_what_is_set_on_a_store_is_refused_and_not_lost():
+    vertices, faces = icosahedron()
+    store = plait.create(vertices, faces)
+    for name in ("position", "texts", "note"):
+        with pytest.raises(AttributeError, match=f"no '{name}' that can be set, .* patch_writer"):
+            setattr(store, name, vertices)
+    store.add_attribute("height", np.float32)
+    for each in (store.attributes["height"], store.attributes["height"][0]):
+        with pytest.raises(AttributeError):
+            each.records = vertices
+    seen = []
+
+    def wrong(found):
+        with pytest.raises(AttributeError):
+            found.height = 1
+        seen.append(len(found["position"]))
+
+    store.visit(wrong, reads=["position"], writes=["height"])
+    assert sum(seen) == len(vertices)

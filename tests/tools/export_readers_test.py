@@ -382,6 +382,18 @@ def test_gltf_with_z_up_is_turned(stores, tmp_path):
     assert "up 'x'" in export(stores["ball"], tmp_path / "x.glb", "--up", "x", refused=True)
 
 
+def test_gltf_with_z_up_says_which_vectors_are_not_turned(tmp_path):
+    with make(icosahedron(), tmp_path / "s.plait", levels=1) as store:
+        store.add_attribute("velocity", np.float32, 3)
+        with store.patch_writer("velocity") as writer:
+            for face in range(20):
+                writer.write_patch("velocity", face, 1, np.ones((6, 3), np.float32))
+        store.commit()
+    export(tmp_path / "s.plait", tmp_path / "y.glb", "--attribute", "velocity")
+    export(tmp_path / "s.plait", tmp_path / "z.glb", "--attribute", "velocity", "--up", "z",
+           warning="_velocity has the three numbers of 'velocity' as the store has them")
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_gltf_has_linear_colours(tmp_path, dtype):
     """Integers are sRGB, and floats are linear, if nothing else is asked for. Alpha never changes."""

@@ -165,6 +165,18 @@ TEST_CASE("Repair_OfWhatNoMakerMakes_IsLostInWordsAndLeavesTheStore") {
   CHECK(report["version"] == 1);
 }
 
+TEST_CASE("Repair_OfPositionsThatAPassMade_SaysWhatMustRunAgain") {
+  const RepairWorkplace here;
+  here.subdivide({"--backend", "pread"});
+  REQUIRE(here.plait({"pass", "s.plait", "smooth"}).status == 0);
+  damage_blocks(here);
+  const Outcome outcome = here.plait({"repair", "s.plait"});
+  CHECK(outcome.status == 1);
+  CHECK_THAT(outcome.output,
+             Catch::Contains("attribute 'position', which a pass, an import or a "
+                             "program has written: run that again on a whole store"));
+}
+
 TEST_CASE("Repair_NormalsOfMovedVertices_AreMadeAgainFromThePositions") {
   for (const Names& how : std::vector<Names>{{"--backend", "pread"},
                                              {"--backend", "pread", "--block", "1MiB"},

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <span>
 
+#include "base/interruption.h"
 #include "mesh/files/zstd_frames.h"
 #include "plait/error.h"
 
@@ -168,6 +169,7 @@ std::optional<std::uint64_t> Input::content_bytes() {
 }
 
 bool Input::fill() {
+  poll_interruption();
   if (begin_ > 0) {
     std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
     buffer_offset_ += begin_;
@@ -193,6 +195,28 @@ bool Input::skip(std::uint64_t count) {
   }
   begin_ += static_cast<std::size_t>(count);
   return true;
+}
+
+bool Input::pass_padding() {
+  constexpr std::string_view kPadding("\0\x1a", 2), kPassed("\0\x1a \t\v\f\r\n", 8);
+  for (std::uint64_t passed = 0;;) {
+    const std::string_view text = unread();
+    if (const std::size_t other = text.find_first_not_of(kPassed);
+        other != std::string_view::npos) {
+      if (passed == 0) return false;
+      refuse_at_byte(offset() + other, fmt::format("expected the end after {} bytes of zeros and "
+                                                   "blanks, found more",
+                                                   passed + other));
+    }
+    // The bytes stay as long as the buffer has room: they may be no padding.
+    if (text.size() < kBufferBytes && fill()) continue;
+    for (const char c : text)
+      padding_bytes_ += kPadding.find(c) != std::string_view::npos ? 1u : 0u;
+    passed += text.size();
+    const bool is_full = text.size() == kBufferBytes;
+    consume(text.size());
+    if (!is_full) return true;
+  }
 }
 
 std::uint64_t Input::plausible_count(std::uint64_t promised, std::uint64_t element_bytes) const {

@@ -52,6 +52,12 @@ class Input {
   /// Consumes `count` bytes. Returns false if the input ends before.
   bool skip(std::uint64_t count);
 
+  /// If nothing but zeros, ^Z, blanks and line ends is left, consumes all of it, counts it as
+  /// padding and returns true: writers of fixed records and editors of DOS put these behind a text.
+  /// Errors: kInvalidArgument if more follows behind a buffer full of them.
+  bool pass_padding();
+  std::uint64_t padding_bytes() const { return padding_bytes_; }
+
   /// How many elements to reserve memory for, when a header promises `promised` elements of at
   /// least `element_bytes` bytes each: no more than the rest of the file can contain. For a
   /// compressed file the result is a guess, and arrays may grow beyond it.
@@ -82,6 +88,7 @@ class Input {
   std::unique_ptr<Decompressor> decompressor_;  ///< none for a plain file
   /// Zeros at the end of a gzip file that are tried as padding; those before belong to the data.
   std::optional<std::uint64_t> padding_;
+  std::uint64_t padding_bytes_ = 0;  ///< zeros and ^Z that pass_padding() consumed
   std::vector<char> buffer_;
   std::size_t begin_ = 0, end_ = 0;
   std::uint64_t buffer_offset_ = 0;  ///< of the buffer's first byte

@@ -84,6 +84,9 @@ std::string_view way_to_keep(bool is_ply, const Reading& reading) {
 AttributedMesh read_mesh(Input& input, Reading reading) {
   const Reader reader = find_reader(input);
   AttributedMesh read = reader(input, reading);
+  if (const std::uint64_t bytes = input.padding_bytes(); bytes > 0)
+    reading.warn(fmt::format("{}: {} {} of zeros or ^Z behind the text ignored",
+                             input.path().native(), bytes, bytes == 1 ? "byte" : "bytes"));
   if (!reading.left_out.empty())
     reading.warn(fmt::format("{}: left out: {}{}", input.path().native(),
                              short_line(fmt::format("{}", fmt::join(reading.left_out, "; "))),

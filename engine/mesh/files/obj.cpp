@@ -31,22 +31,30 @@ constexpr std::array kPassed = std::to_array<PassedStatement>({
     {"mtllib", "material library", "material libraries"},
     {"l", "line element", "line elements"},
     {"p", "point element", "point elements"},
+    {"call", "call of another file, which was not read",
+     "calls of other files, which were not read"},
+    {"csh", "command of a shell, which was not run", "commands of a shell, which were not run"},
 });
 constexpr std::string_view kOneFreeForm = "statement of curves, surfaces and display",
                            kManyFreeForm = "statements of curves, surfaces and display";
 constexpr std::array kFreeForm = std::to_array<std::string_view>(
-    {"vp",         "deg",       "bmat",  "step",   "cstype",   "curv",   "curv2",
-     "surf",       "parm",      "trim",  "hole",   "scrv",     "sp",     "end",
-     "con",        "mg",        "bevel", "lod",    "c_interp", "ctech",  "d_interp",
-     "shadow_obj", "trace_obj", "stech", "maplib", "call",     "usemap", "csh",
-     "res",        "cdc",       "cdp",   "bzp",    "bsp"});
+    {"vp",     "deg",    "bmat",     "step",  "cstype",   "curv",       "curv2",     "surf",
+     "parm",   "trim",   "hole",     "scrv",  "sp",       "end",        "con",       "mg",
+     "bevel",  "lod",    "c_interp", "ctech", "d_interp", "shadow_obj", "trace_obj", "stech",
+     "maplib", "usemap", "res",      "cdc",   "cdp",      "bzp",        "bsp"});
+/// ZBrush writes the colours of vertices in comments, a mask and a colour in 8 digits each.
+constexpr std::string_view kPaintComment = "#MRGB";
+constexpr std::uint64_t kPaintDigits = 8;
 /// Smoothing groups say only which normals a viewer shall show.
 constexpr std::string_view kSmoothing = "s";
 
 class ObjReader {
  public:
   ObjReader(Input& input, Reading& reading)
-      : text_(input, {.hash_comments = true, .backslash_continues = true}), reading_(reading) {}
+      : text_(
+            input,
+            {.hash_comments = true, .backslash_continues = true, .digits_comment = kPaintComment}),
+        reading_(reading) {}
 
   IndexedMesh read() {
     for (bool more = text_.seek_word(); more; more = text_.next_line()) {
@@ -99,6 +107,8 @@ void ObjReader::pass_statement(std::string_view keyword) {
 
 void ObjReader::leave_out() const {
   reading_.leave_out_of_vertices("colours", colours_);
+  reading_.leave_out_of_vertices("colours and masks in comments (#MRGB)",
+                                 text_.hexadecimal_digits() / kPaintDigits);
   reading_.leave_out_of_vertices("weights", weights_);
   for (std::size_t at = 0; at < kPassed.size(); ++at) {
     reading_.leave_out(passed_[at], kPassed[at].one, kPassed[at].many);

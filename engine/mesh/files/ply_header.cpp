@@ -151,8 +151,10 @@ PlyHeader HeaderReader::read() {
     if (next_line().empty()) continue;
     const std::string& keyword = words_[0];
     if (keyword == "comment" || keyword == "obj_info") {
-      if (words_.size() > 2 && words_[1] == "TextureFile")
-        header_.texture_files.push_back(words_[2]);
+      if (words_.size() > 2 && words_[1] == "TextureFile") {
+        std::string& name = header_.texture_files.emplace_back(words_[2]);
+        for (std::size_t word = 3; word < words_.size(); ++word) name += " " + words_[word];
+      }
       continue;
     }
     if (keyword == "end_header") break;

@@ -97,6 +97,10 @@ void StlReader::read_binary() {
         const auto byte = static_cast<unsigned char>(c);
         return byte == 0 || std::isprint(byte) != 0 || std::isspace(byte) != 0;
       });
+  // The same by default, as Materialise Magics writes it: COLOR=rgba and MATERIAL=.
+  const std::string_view header = input_.unread().substr(0, kHeaderBytes - 4);
+  const std::uint64_t of_part = header.find("COLOR=") != std::string_view::npos ||
+                                header.find("MATERIAL=") != std::string_view::npos;
   input_.consume(kHeaderBytes);
   if (count > kMaxFaces && !count_is_text)
     input_.refuse_at_byte(80,
@@ -129,6 +133,7 @@ void StlReader::read_binary() {
   if (input_.ensure(1))
     input_.refuse_at_byte(input_.offset(),
                           fmt::format("expected the end after {} facets, found more", count));
+  reading_.leave_out(of_part, "colour or material of the whole part, in the header", "");
   reading_.leave_out_of("attribute bytes (colours of some programs)", with_bytes, "facet",
                         "facets");
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <utility>
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -100,7 +101,8 @@ bool StlText::next_facet(std::array<Vector3<double>, 3>& corners) {
       refuse("facet or endsolid");
     }
   }
-  has_end_ = false;
+  // Behind `endsolid`, the next solid began on the line of the name.
+  if (std::exchange(has_end_, false)) ++solids_;
   pass_normal();
   for (Vector3<double>& corner : corners) read_vertex(corner);
   if (!take_end("loop")) refuse("endloop after three vertices");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -10,6 +11,11 @@ namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+bool is_padding(char c) { return c == '\0' || c == '\x1a'; }
+/// Most bytes of a text are above the blank, which one comparison tells.
+bool ends_word(char c) {
+  return static_cast<unsigned char>(c) <= ' ' && (is_blank(c) || is_line_end(c) || is_padding(c));
+}
 
 /// Removes a plus sign, which std::from_chars does not accept. Returns nothing if another sign
 /// follows.
@@ -48,10 +54,18 @@ void TextInput::pass_line_end(char first) {
 }
 
 void TextInput::pass_comment() {
+  const std::string_view mark = rules_.digits_comment;
+  const bool counts =
+      !mark.empty() && input_.ensure(mark.size()) && input_.unread().starts_with(mark);
+  if (counts) input_.consume(mark.size());
   do {
     const std::string_view text = input_.unread();
     std::size_t length = 0;
     while (length < text.size() && !is_line_end(text[length])) ++length;
+    if (counts)
+      hexadecimal_digits_ += static_cast<std::uint64_t>(
+          std::count_if(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(length),
+                        [](char c) { return std::isxdigit(static_cast<unsigned char>(c)) != 0; }));
     input_.consume(length);
     if (length < text.size()) return;
   } while (input_.fill());
@@ -74,6 +88,8 @@ std::optional<char> TextInput::peek() {
                is_line_end(input_.unread()[1])) {
       input_.consume(1);
       pass_line_end(input_.unread().front());
+    } else if (is_padding(c) && input_.pass_padding()) {
+      return std::nullopt;
     } else {
       return c;
     }
@@ -95,7 +111,7 @@ std::string_view TextInput::word() {
   std::size_t length = 1;
   for (;;) {
     const std::string_view text = input_.unread();
-    while (length < text.size() && !is_blank(text[length]) && !is_line_end(text[length]) &&
+    while (length < text.size() && !ends_word(text[length]) &&
            !(text[length] == '#' && rules_.hash_comments) &&
            !(text[length] == '\\' && rules_.backslash_continues))
       ++length;

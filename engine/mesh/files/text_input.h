@@ -12,12 +12,14 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct TextRules {
-  bool hash_comments = false;        ///< '#' starts a comment that runs to the end of the line
-  bool backslash_continues = false;  ///< a backslash at the end of a line joins the next one
-  bool divides_long_words = false;   ///< beyond kMaxWordBytes, which is an error otherwise
+  bool hash_comments = false;            ///< '#' starts a comment that runs to the end of the line
+  bool backslash_continues = false;      ///< a backslash at the end of a line joins the next one
+  bool divides_long_words = false;       ///< beyond kMaxWordBytes, which is an error otherwise
+  std::string_view digits_comment = {};  ///< see hexadecimal_digits(); begins with '#'
 };
 
-/// A cursor over an Input. Lines end in \n, \r\n or \r; line() counts them from 1.
+/// A cursor over an Input. Lines end in \n, \r\n or \r; line() counts them from 1. Padding behind
+/// the text (Input::pass_padding) is no text.
 class TextInput {
  public:
   static constexpr std::size_t kMaxWordBytes = 4096;
@@ -27,6 +29,8 @@ class TextInput {
 
   std::uint64_t line() const { return line_; }
   Input& input() const { return input_; }
+  /// Those of all comments so far that begin with TextRules::digits_comment, behind it.
+  std::uint64_t hexadecimal_digits() const { return hexadecimal_digits_; }
 
   /// The next word of this line, empty at its end; valid until the next call.
   /// Errors: kInvalidArgument for a word longer than kMaxWordBytes.
@@ -56,6 +60,7 @@ class TextInput {
   Input& input_;
   TextRules rules_;
   std::uint64_t line_;
+  std::uint64_t hexadecimal_digits_ = 0;
 };
 
 /// A decimal or scientific number, "nan" and "inf" included. Returns nothing if `word` is not a

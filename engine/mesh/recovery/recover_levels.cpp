@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/interruption.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
@@ -26,6 +28,7 @@ LevelMesh coarser(const LevelView& mesh, const TriangleRoles& roles) {
   result.middles.resize(count);
   constexpr std::size_t kMiddlesAhead = 8;
   for (std::size_t face = 0; face < count; ++face) {
+    if (is_turn_to_poll(face)) poll_interruption();
     if (face + kMiddlesAhead < count)
       for (int side = 0; side < 3; ++side) {
         const FaceSide near = mesh.twin({middles[face + kMiddlesAhead], side});

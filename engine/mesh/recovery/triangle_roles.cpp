@@ -5,6 +5,7 @@
 #include <bit>
 #include <utility>
 
+#include "base/interruption.h"
 #include "io/huge_pages.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -94,6 +95,7 @@ bool TriangleRoles::spread(FaceId first, Role role) {
   next_front_.resize(std::max<std::size_t>(next_front_.size(), 1));
   next_size_ = 0;
   bool possible = set(first, role);
+  std::uint64_t turn = 0;
   while (possible && next_size_ > 0) {
     std::swap(front_, next_front_);
     const std::span<const FaceId> front = std::span(front_).first(next_size_);
@@ -101,6 +103,7 @@ bool TriangleRoles::spread(FaceId first, Role role) {
     next_front_.resize(std::max(next_front_.size(), 3 * front.size() + 1));
     next_size_ = 0;
     for (std::size_t at = 0; possible && at < front.size(); ++at) {
+      if (is_turn_to_poll(++turn)) poll_interruption();
       if (at + kFrontAhead < front.size()) mesh_.prefetch_twins({front[at + kFrontAhead], 0});
       possible = spread_from(front[at]);
     }
@@ -137,6 +140,7 @@ bool TriangleRoles::find() {
   for (FaceId face = 0; face < mesh_.face_count(); ++face)
     if ((faces_[face] & kAllMayBeNew) != kAllMayBeNew) firsts.push_back(face);
   mesh_.sort_as_in_file(firsts);
+  poll_interruption();
   for (const FaceId face : firsts) {
     if (role(face) != kUnknown) continue;
     const unsigned kept = kAllMayBeNew & ~unsigned{faces_[face]};

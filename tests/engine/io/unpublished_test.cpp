@@ -18,6 +18,8 @@
 #include "io/made_mark.h"
 #include "plait/error.h"
 #include "store/left_overs.h"
+#include "store/new_output.h"
+#include "support/answering_operations.h"
 #include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/killing_operations.h"
@@ -249,6 +251,48 @@ TEST_CASE("UnpublishedOutput_WhoseFinalNameIsTakenMeanwhile_IsRefusedAndStaysBes
   const fs::path kept = directory.keep();
   CHECK(fs::is_directory(kept));
   CHECK(kept.filename().native().starts_with("d.complete-"));
+}
+
+TEST_CASE("BuildOutput_ErrorOfAnUnfinishedFile_IsAboutThePathThatTheUserGave") {
+  const TemporaryDirectory here;
+  UnpublishedFile file(here.path() / "f", Existing::kRefuse);
+  file.file();
+  const Error error = error_of([&] {
+    build_output(file, [&] {
+      throw Error(ErrorCode::kNoSpace, "write " + file.path().native() + ": full")
+          .about(file.path(), 7);
+    });
+  });
+  CHECK(error.code() == ErrorCode::kNoSpace);
+  CHECK(error.what() == "write " + (here.path() / "f").native() + ": full");
+  CHECK(error.path() == here.path() / "f");
+  CHECK(error.offset() == 7);
+}
+
+// Some FUSE file systems refuse every renaming.
+TEST_CASE("UnpublishedOutput_WhereNothingCanBeRenamed_StaysUnderItsUnfinishedName") {
+  const TemporaryDirectory here;
+  const auto place_in = [](const Error& error) {
+    const std::string message = error.what();
+    const std::size_t at = message.find(" is complete and stays at ");
+    REQUIRE(at != std::string::npos);
+    return fs::path(message.substr(at + 26));
+  };
+  const AnsweringOperations no_renaming(FileOperation::Kind::kRename, EROFS);
+  const Error of_file = error_of([&] { make_file(here.path() / "f", "new", Existing::kReplace); });
+  const Error of_directory = error_of([&] {
+    make_new_directory(
+        here.path() / "d", {}, [](const Directory& made) { made.remove("plan"); },
+        [](const Directory& made) { File(made, "plan", OpenMode::kCreate).close(); });
+  });
+  CHECK(no_renaming.answers() >= 4);
+  CHECK(of_file.code() == ErrorCode::kIo);
+  const fs::path file = place_in(of_file), directory = place_in(of_directory);
+  CHECK(directory.filename().native().starts_with("d.partial-"));
+  for (const char* name : {"f", "d"}) remove_left_overs_of(here.path() / name, {});
+  CHECK(names_after_clean(here.path()).size() == 2);
+  CHECK(content_of(file) == "new");
+  CHECK(names_in(directory) == std::vector<std::string>{"plan"});
 }
 
 TEST_CASE("UnfinishedName_OfThisMachine_SaysHostAndStartAndIsReadBack") {

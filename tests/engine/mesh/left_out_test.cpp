@@ -45,6 +45,21 @@ TEST_CASE("ReadObj_ColoursTextureAndTags_AreNamed") {
   CHECK(left_out("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\ns off\nf 1 2 3\n").empty());
 }
 
+TEST_CASE("ReadObj_OtherFilesAndCommands_AreNamed") {
+  const std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  CHECK_THAT(left_out("a.obj", text + "call part.obj\ncall rest.obj\ncsh ls\n"),
+             Contains("left out: 2 calls of other files, which were not read; "
+                      "1 command of a shell, which was not run"));
+}
+
+TEST_CASE("ReadObj_ColoursInComments_AreNamed") {
+  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  CHECK_THAT(left_out("a.obj", vertices + "f 1 2 3\n#MRGB ffffffffffff0000\n" +
+                                   "#MRGB ff00ff00\n# MRGB is no block\n"),
+             Contains("left out: colours and masks in comments (#MRGB) of 3 vertices"));
+  CHECK(left_out("b.obj", "#MR\n" + vertices + "f 1 2 3\n# ffffffffffff0000\n#MRGB").empty());
+}
+
 TEST_CASE("ReadOff_NumbersBesideAPosition_AreNamed") {
   const std::string rest =
       "3 1 0\n0 0 0 9 9 9 9\n1 0 0 9 9 9 9\n0 1 0 9 9 9 9\n3 0 1 2 0.5 0.5 1\n";
@@ -60,14 +75,14 @@ TEST_CASE("ReadOff_NumbersBesideAPosition_AreNamed") {
 
 TEST_CASE("ReadPly_WhatIsNoAttribute_IsNamed") {
   const std::string head =
-      "ply\nformat ascii 1.0\ncomment TextureFile skin.png\n" + kPlyVertices +
+      "ply\nformat ascii 1.0\ncomment TextureFile my skin.png\n" + kPlyVertices +
       "property uchar red\nproperty uchar green\nproperty uchar blue\n" + kPlyFaces +
       "property list uchar float texcoord\nproperty int texnumber\nelement edge 2\nproperty int "
       "vertex1\nproperty int vertex2\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n"
       "3 0 1 2 6 0 0 1 0 0 1 0\n0 1\n1 2\n";
   const std::string with = left_out("a.ply", head);
   for (const char* part :
-       {"properties texcoord, texnumber of 1 face", "2 elements edge", "texture file skin.png"})
+       {"properties texcoord, texnumber of 1 face", "2 elements edge", "texture file my skin.png"})
     CHECK_THAT(with, Contains(part));
   CHECK_THAT(with, !Contains("red") && !Contains("are kept"));
   CHECK_THAT(

@@ -1,7 +1,9 @@
 #include "plait/mesh_io.h"
 
+#include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "mesh_files.h"
@@ -34,6 +36,35 @@ TEST_CASE("ReadIndexedMesh_MisleadingName_GoesByTheContent") {
   CHECK(same_mesh(read_indexed_mesh(directory.file("c", gzip(ply_ascii(mesh)))), mesh));
   CHECK(same_mesh(read_indexed_mesh(directory.file("d.OBJ", zstd(obj(mesh)))), mesh));
   CHECK(same_mesh(read_indexed_mesh(directory.file("e.obj.gz", obj(mesh))), mesh));
+}
+
+// Editors of DOS end a text with ^Z; fixed records and copies of preallocated files, with zeros.
+TEST_CASE("ReadIndexedMesh_TextWithPaddingBehindIt_IsReadAndThatIsSaid") {
+  const MeshDirectory directory;
+  const IndexedMesh mesh = shapes::octahedron();
+  std::vector<Sample> texts = samples(mesh);
+  std::erase_if(texts, [](const Sample& sample) { return !sample.ascii; });
+  REQUIRE(texts.size() == 3);
+  const std::string zero(1, '\0');
+  for (const Sample& sample : texts) {
+    const std::string cut = sample.bytes.substr(0, sample.bytes.size() - 1);
+    for (const std::string& bytes :
+         {sample.bytes + "\x1a", cut + "\x1a", cut + zero, sample.bytes + std::string(512, '\0'),
+          sample.bytes + std::string(3 << 18, '\0'), sample.bytes + "\x1a\r\n" + zero + "\n"}) {
+      CAPTURE(sample.name, bytes.size());
+      std::vector<std::string> warnings;
+      CHECK(same_mesh(read_indexed_mesh(directory.file(sample.name, bytes), &warnings), mesh));
+      const auto padding = std::count_if(bytes.begin(), bytes.end(),
+                                         [](char c) { return c == '\0' || c == '\x1a'; });
+      REQUIRE(!warnings.empty());
+      CHECK_THAT(warnings.front(), Contains(fmt::format("{} byte{} of zeros or ^Z behind the text",
+                                                        padding, padding == 1 ? "" : "s")));
+    }
+    for (const std::string& bytes :
+         {zero + cut, cut + zero + "1\n", cut + std::string(3 << 18, '\0') + "1"})
+      CHECK_THAT(refusal([&] { read_indexed_mesh(directory.file(sample.name, bytes)); }),
+                 Contains(sample.name) && Contains("expected"));
+  }
 }
 
 TEST_CASE("ReadIndexedMesh_ConcatenatedAndSkippableFrames_AreOneFile") {

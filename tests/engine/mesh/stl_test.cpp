@@ -153,6 +153,25 @@ TEST_CASE("ReadStl_FilesThatOtherReadersCouldNotRead_AreReadOrRefused") {
   CHECK_THAT(refused(stl_text(mesh, {.facet = ""})), Contains("expected facet or endsolid"));
 }
 
+TEST_CASE("ReadStl_SolidThatBeginsOnTheLineOfAnEnd_IsReadAndCounted") {
+  const IndexedMesh mesh = shapes::octahedron();
+  IndexedMesh top = mesh, bottom = mesh;
+  top.faces.resize(4);
+  bottom.faces.erase(bottom.faces.begin(), bottom.faces.begin() + 4);
+  const std::string first = stl_text(top, {.end = "endsolid part "});
+  for (const std::string& text :
+       {first + stl_text(bottom, {.begin = "solid other\n"}),
+        on_one_line(stl_text(top) + stl_text(bottom)),
+        on_one_line(stl_text(top, {.begin = "solid\n", .end = "end solid\n"}) +
+                    stl_text(bottom, {.begin = "solid\n", .end = "endsolid"})),
+        first + stl_text(bottom, {.begin = "\n"}) + std::string(100, '\0')}) {
+    std::vector<std::string> warnings;
+    CHECK(read(text, &warnings).faces.size() == 8);
+    REQUIRE(!warnings.empty());
+    CHECK_THAT(warnings[0], Contains("2 solids read as one mesh"));
+  }
+}
+
 TEST_CASE("ReadStl_TextThatEndsEarly_IsSaid") {
   std::vector<std::string> warnings;
   CHECK(read(stl_text(shapes::octahedron(), {.end = ""}), &warnings).faces.size() == 8);
@@ -175,7 +194,7 @@ TEST_CASE("ReadStl_BadText_IsRefusedWithoutBinaryCounts") {
 
 TEST_CASE("ReadStl_BinaryByItsSize_IsReadWhateverItsHeaderSays") {
   const IndexedMesh mesh = shapes::octahedron();
-  for (const char* header : {"solid from a CAD facet", "ply with a name", "OFF to STL", "COLOR="}) {
+  for (const char* header : {"solid from a CAD facet", "ply with a name", "OFF to STL"}) {
     INFO(header);
     check_is_octahedron(stl_binary(mesh, header));
   }
@@ -184,9 +203,19 @@ TEST_CASE("ReadStl_BinaryByItsSize_IsReadWhateverItsHeaderSays") {
 
 TEST_CASE("ReadStl_AttributeBytes_AreCountedAndLeftOut") {
   std::vector<std::string> warnings;
-  read(stl_binary(shapes::octahedron(), "COLOR=", 7), &warnings);
+  read(stl_binary(shapes::octahedron(), "x", 7), &warnings);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("left out: attribute bytes") && Contains("of 8 facets"));
+}
+
+TEST_CASE("ReadStl_ColourInTheHeader_IsNamed") {
+  for (const char* header :
+       {"COLOR=\x10\x20\x30\xff,MATERIAL=", "made by x MATERIAL=abcdefghijkl"}) {
+    std::vector<std::string> warnings;
+    CHECK(read(stl_binary(shapes::octahedron(), header), &warnings).faces.size() == 8);
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Contains("left out: 1 colour or material of the whole part"));
+  }
 }
 
 TEST_CASE("ReadStl_TextCoordinates_AreDoubles") {

@@ -16,6 +16,7 @@
 #include "plait/store_info.h"
 #include "store/left_overs.h"
 #include "store/new_output.h"
+#include "support/answering_operations.h"
 #include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/killing_operations.h"
@@ -209,6 +210,24 @@ TEST_CASE("ReplaceStore_WhoseDirectoryCannotBeRenamed_StaysBesideAndSaysSo") {
     CHECK_THAT(error.what(), Catch::Contains("complete and stays at " + beside.native()));
   }
   CHECK(uuid_of(path) == old);
+  CHECK(uuid_of(beside) == made);
+}
+
+TEST_CASE("NewStore_WhereNothingCanBeRenamed_StaysAndNoRunRemovesIt") {
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  StoreUuid made{};
+  std::filesystem::path beside;
+  {
+    const AnsweringOperations no_renaming(FileOperation::Kind::kRename, EROFS);
+    UnpublishedStore output(path, Existing::kRefuse, {});
+    made = make_store(output.make());
+    const Error error = error_of([&] { output.publish(true); });
+    beside = output.path();
+    CHECK_THAT(error.what(), Catch::Contains("complete and stays at " + beside.native()));
+  }
+  remove_left_overs_of(path, {});
+  CHECK(find_left_overs(Directory(here.path())).empty());
   CHECK(uuid_of(beside) == made);
 }
 

@@ -1,6 +1,7 @@
 // plait/extend/notices.h: what a machine does not give a store.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -16,10 +17,9 @@ class Store;
 /// file system does not have. Threads: const shared (docs/threads.md).
 std::vector<std::string> notices(const Store& store);
 
-/// Passes each of them to `warn`, if there is one.
-inline void tell_notices(const Store& store, const std::function<void(const std::string&)>& warn) {
-  if (!warn) return;
-  for (const std::string& line : notices(store)) warn(line);
-}
+/// Passes each of them to `warn`, if there is one. `named`, if it is not empty, stands for the path
+/// of the store in them: that of an output that has its final name later.
+void tell_notices(const Store& store, const std::function<void(const std::string&)>& warn,
+                  const std::filesystem::path& named = {});
 
 PLAIT_END_NAMESPACE
