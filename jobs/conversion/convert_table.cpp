@@ -58,13 +58,13 @@ Job convert_job() {
   table.max_error(&ConvertArguments::max_error);
   table
       .choice(
-          "depth", {"kept", "uniform"},
+          "depth", {"own", "uniform"},
           [](ConvertArguments& arguments, const std::string& name) {
             arguments.uniform = name == "uniform";
           },
-          "Depths of faces: as in INPUT, or all levels for each face, where missing vertices are "
+          "Depths of faces: those of INPUT, or all levels for each face, where missing vertices are "
           "filled by the midpoint rule")
-      .by_default("kept");
+      .by_default("own");
   table.bytes("block", &ConvertArguments::block_bytes, std::string(kBlockOfCopyHelp));
   table.flag("no-index", &ConvertArguments::no_index, std::string(kNoIndexHelp));
   table.bytes("memory", &ConvertArguments::budget_bytes,

@@ -213,6 +213,11 @@ class BatchVisit {
     for (int refinement = plan_.first_refinement(); refinement <= plan_.refinements();
          ++refinement) {
       const VertexRun slot = plan_.run_of(refinement, edge, 0);
+      if (!plan_.reads_rings()) {
+        for (std::size_t position = 0; position < slot.count; ++position)
+          add_record(view, slot, position);
+        continue;
+      }
       const std::int64_t n = slot_side(refinement);
       const SlotRows rows{plan_.shape_of(refinement, edge), border};
       for (std::int64_t row = 0; row < n; ++row) {
@@ -224,13 +229,22 @@ class BatchVisit {
     }
   }
 
+  /// A vertex of a visit without rings.
+  void add_record(const SweepView& view, const VertexRun& slot, std::size_t position) {
+    Batch& batch = batch_of(0, false, false);
+    batch.add(slot.level, slot.first + position);
+    for (std::size_t number = 0; number < sources_.size(); ++number)
+      batch.add_record(number, view.slot(number, slot.level, slot.edge).bytes.data() +
+                                   position * sources_[number].bytes);
+    if (batch.is_full()) batch.hand_over(visit_);
+  }
+
   void add_vertex(const SweepView& view, const VertexRun& slot, int refinement, std::int64_t row,
                   std::int64_t column, bool border) {
     // Counterclockwise; on a border the vertex has only the neighbours of its own face.
     static constexpr std::array<std::array<std::int64_t, 2>, 6> kInner{
         {{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-    const bool rings = plan_.reads_rings();
-    Batch& batch = batch_of(!rings ? 0 : border ? 4 : 6, rings && border, false);
+    Batch& batch = batch_of(border ? 4 : 6, border, false);
     const auto position = static_cast<std::size_t>(
         slot_position(refinement, plan_.shape_of(refinement, slot.edge), row, column));
     batch.add(slot.level, slot.first + position);

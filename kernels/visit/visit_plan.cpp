@@ -50,7 +50,8 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
       options_(&options),
       threads_(thread_count(options.threads, fmt::format("visit '{}'", options.name))),
       attributes_(std::move(attributes)),
-      mesh_(store.base().topology()) {
+      mesh_(store.base().topology()),
+      depths_(store.base().depths()) {
   for (std::size_t number = 0; number < attributes_.size(); ++number) {
     VisitedAttribute& attribute = attributes_[number];
     attribute.id = store.attribute(attribute.name);
@@ -190,6 +191,7 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
     SweepOptions options;
     options.threads = threads_;
     options.begins = begin;
+    options.takes_depths = !reads_rings_;
     if (options_->progress)
       options.progress = [&](const Progress& now) {
         return options_->progress({options_->name, vertices_before(edges.first + now.done), total});

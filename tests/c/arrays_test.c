@@ -57,6 +57,22 @@ static void test_many_patches(void) {
       wrong += memcmp(places[number], all[patch][at], sizeof(places[0])) != 0;
     }
   CHECK(seen == count && wrong == 0);
+  /* All triangles of the surface: each edge once in each direction, so its ends cancel out. */
+  static uint32_t triangles[4 * SIZE * SIZE][3];
+  uint64_t triangle_count = 0, sum = 0;
+  CHECK_OK(plait_store_get_triangles(store, LEVEL, triangles[0], 4 * SIZE * SIZE, &triangle_count));
+  CHECK(triangle_count == 4 * SIZE * SIZE);
+  for (uint64_t at = 0; at < triangle_count; ++at)
+    for (int corner = 0; corner < 3; ++corner) {
+      const uint64_t a = triangles[at][corner], b = triangles[at][(corner + 1) % 3];
+      wrong += a >= count || a == b;
+      sum += a * a * b - b * b * a;
+    }
+  CHECK(wrong == 0 && sum == 0);
+  CHECK_ERROR(plait_store_get_triangles(store, LEVEL, triangles[0], 4 * SIZE * SIZE - 1, NULL),
+              PLAIT_ERROR_INVALID_ARGUMENT, "capacity");
+  CHECK_ERROR(plait_store_get_triangles(store, LEVEL + 1, triangles[0], 4, NULL),
+              PLAIT_ERROR_INVALID_ARGUMENT, "level");
   const uint32_t twice[2] = {1, 1}, beyond[1] = {4};
   CHECK_ERROR(plait_reader_weld_patches(reader, twice, 2, LEVEL, numbers[0], 2 * POINTS, &count),
               PLAIT_ERROR_INVALID_ARGUMENT, "face 1 is named twice");

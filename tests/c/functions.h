@@ -47,6 +47,7 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_store_get_attribute, "Store::attributes"),
     PLAIT_PAIR(plait_store_find_attribute, "Store::attribute", "Store::has_attribute"),
     PLAIT_PAIR(plait_store_get_counts, "counts_at_level"),
+    PLAIT_PAIR(plait_store_get_triangles, "for_each_numbered_triangle"),
     PLAIT_PAIR(plait_store_get_depths, "Store::depth", "Store::has_depths", "Reader::depth",
                "Reader::depth_across"),
     PLAIT_PAIR(plait_store_get_faces, "Store::base"),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -416,6 +417,67 @@ TEST_CASE("PrunedStore_InWorksThatNeedAllFaces_IsRefusedInWords") {
   const Store again = open(to);
   CHECK(again.attributes().size() == 3);
   CHECK(again.depth(2) == 3);
+}
+
+TEST_CASE("PrunedStore_VisitedWithoutRings_HasEachVertexOnceWhereItIs") {
+  std::mt19937 random(51);
+  for (const IndexedMesh& mesh : {random_sphere(6, 40), random_sheet(6, 40), open_fan(5)})
+    for (const int threads : {1, 2}) {
+      CAPTURE(threads);
+      const TemporaryDirectory directory;
+      const std::uint64_t faces = BaseMesh::build(mesh).face_count();
+      const auto from =
+          whole_store(directory.path() / "whole", mesh, random_depths(faces, random, kLevels));
+      pruned(from, directory.path() / "pruned", 0);
+      const Store whole = open(from);
+      std::vector<std::vector<std::vector<Position>>> patches(kLevels + 1);
+      for (int level = 0; level <= kLevels; ++level)
+        for (FaceId face = 0; face < faces; ++face)
+          patches[static_cast<std::size_t>(level)].push_back(patch_of(whole, face, level));
+      {
+        Store store = open(directory.path() / "pruned", true);
+        const int finest = store.finest_level();
+        store.add_attribute({"copy", ComponentType::kFloat32, 3}, finest);
+        std::atomic<std::uint64_t> visited = 0;
+        std::atomic<bool> right = true;
+        visit_vertices(store, {.name = "copy", .threads = threads},
+                       std::tuple{reads<Position>("position"), overwrites<Position>("copy")},
+                       [&](const VertexRun& run, std::span<const Position> position,
+                           std::span<Position> copy) {
+                         visited += run.count;
+                         for (std::size_t i = 0; i < run.count; ++i) {
+                           copy[i] = position[i];
+                           const PatchPoint at = run.point(i);
+                           const Position& there =
+                               patches[static_cast<std::size_t>(run.level)][at.face]
+                                      [static_cast<std::size_t>(patch_vertex(at.size, at.i, at.j))];
+                           if (std::memcmp(&there, &position[i], sizeof there) != 0) right = false;
+                         }
+                       });
+        CHECK(visited == counts_at_level(store.base(), finest).vertices);
+        CHECK(right);
+        const auto rings = [&](int level) {
+          visit_vertices(store, {.name = "rings", .level = level},
+                         std::tuple{rings_of<Position>("position")},
+                         [](const VertexRun&, const VertexRings<Position>&) {});
+        };
+        rings(store.base().depths()->shallowest());
+        if (store.base().depths()->shallowest() < finest)
+          CHECK(code_of([&] { rings(finest); }) == ErrorCode::kNotSupported);
+        store.commit();
+      }
+      const Store store = open(directory.path() / "pruned");
+      const Reader reader(store);
+      bool same = true;
+      for (FaceId face = 0; face < faces; ++face) {
+        const PatchView patch = reader.read_patch(face, Depth::kOwn);
+        std::vector<Position> position(patch_vertex_count(patch.size())), copy = position;
+        patch.attribute<Position>("position").copy_to(position);
+        patch.attribute<Position>("copy").copy_to(copy);
+        same &= std::memcmp(position.data(), copy.data(), position.size() * sizeof(Position)) == 0;
+      }
+      CHECK(same);
+    }
 }
 
 TEST_CASE("PrunedStore_InAnotherBackend_HasTheSameDigest") {

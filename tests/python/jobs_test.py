@@ -120,7 +120,15 @@ def test_a_pruned_store_has_a_depth_for_each_face(tmp_path):
             assert mesh.vertices.shape == (counts.vertices, 3)
             assert len(mesh.triangles) == counts.faces and set(mesh.triangles.ravel()) == set(
                 range(counts.vertices)) and counts.vertices - counts.edges + counts.faces == 2
-            # The deepest face has its own patch in it.
+            # A visit without rings has the vertices that there are.
+        seen = []
+        store.visit(lambda vertices: seen.append(vertices["position"].copy()), reads="position")
+        assert sum(map(len, seen)) == store.counts(3).vertices
+        assert np.array_equal(np.sort(np.concatenate(seen), axis=0),
+                              np.sort(store["position"].upto(3), axis=0))
+        with pytest.raises(plait.NotSupported, match="depths"):
+            store.visit(lambda vertices: None, reads="position", rings=True)
+        # The deepest face has its own patch in it.
             patch = whole.patch(4, level)
             assert set(map(tuple, patch)) <= set(map(tuple, mesh.vertices))
         store.verify()

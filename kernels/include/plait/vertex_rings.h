@@ -42,8 +42,12 @@ struct VertexRun {
       const FaceIndex at = corner_point(corner.face(), 0, corner.side());
       return {at.face, at.i, at.j, 1};
     }
-    const SlotPoint in_slot =
+    SlotPoint in_slot =
         slot_point(refinement_, shape_, static_cast<std::int64_t>(first - first_of_slot_ + i));
+    if (is_of_other_face_) [[unlikely]] {
+      const std::int64_t last = slot_side(refinement_) - 1;
+      in_slot = {last - in_slot.row, last - in_slot.column};
+    }
     const FaceIndex at = face_index(*mesh_, {edge, refinement_, in_slot.row, in_slot.column});
     return {at.face, at.i, at.j, std::int64_t{1} << refinement_};
   }
@@ -54,6 +58,7 @@ struct VertexRun {
   int refinement_ = 0;
   std::uint64_t first_of_slot_ = 0;
   SlotShape shape_ = SlotShape::kWhole;
+  bool is_of_other_face_ = false;  ///< a half slot in the frame of the face across the edge
 };
 
 /// The vertices of a run and their neighbours, all at the finest level of the visit. All vertices

@@ -247,7 +247,7 @@ void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>..
           if constexpr ((Specs::kRings || ...))
             for_each_row(slot, {plan.shape_of(refinement, edge), mesh.edges[edge].is_border()},
                          call);
-          else
+          else if (slot.run.count > 0)
             call(slot);
         }
       },
@@ -266,6 +266,9 @@ void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>..
 /// reads(), overwrites() and updates(). No attribute may be in it twice: a pass that reads rings of
 /// an attribute writes to another one, because otherwise the result would depend on the order.
 /// Store::replace_attribute() then gives the new one the name of the old one.
+///
+/// In a store whose faces have depths of their own, a visit without rings has the vertices that
+/// there are; one that reads rings needs levels that all faces have.
 ///
 /// The kernel is called from several threads at once (docs/threads.md) if options.threads > 1, for
 /// base vertices from the calling thread alone. It must not call functions of `store`. If it

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "plait/attribute.h"
+#include "plait/detail/face_depths.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/level_geometry.h"
 #include "plait/extend/sweep.h"
@@ -56,7 +57,8 @@ class VisitPlan {
   bool visits_base() const noexcept { return first_refinement_ <= 0; }
   /// Whether the visit reads the rings of any attribute.
   bool reads_rings() const noexcept { return reads_rings_; }
-  /// The run of all vertices of a slot. `refinement` counts from the base mesh.
+  /// The run of all vertices of a slot; of none, if no face of the edge has the level. `refinement`
+  /// counts from the base mesh.
   VertexRun run_of(int refinement, EdgeId edge, int worker) const {
     const Slot slot = numbers_[static_cast<std::size_t>(refinement - 1)].slot(edge);
     VertexRun run;
@@ -69,6 +71,9 @@ class VisitPlan {
     run.refinement_ = refinement;
     run.first_of_slot_ = slot.offset;
     run.shape_ = slot.shape;
+    if (depths_ != nullptr && slot.shape == SlotShape::kHalf) [[unlikely]]
+      run.is_of_other_face_ =
+          !depths_->own_face_has(mesh_.edges[edge], BaseRelativeLevel(refinement));
     return run;
   }
   /// Calls visit(run) until each base vertex of the visit was in a run: all, but in the store of
@@ -124,6 +129,7 @@ class VisitPlan {
   int threads_ = 1;
   std::vector<VisitedAttribute> attributes_;
   Topology mesh_;
+  const FaceDepths* depths_;  ///< nullptr: all faces have all levels
   int level_ = 0, refinements_ = 0, first_refinement_ = 0;
   bool reads_rings_ = false;
   std::vector<LevelGeometry> numbers_;  ///< [refinement - 1] as if records had one byte
