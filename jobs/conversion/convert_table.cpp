@@ -62,7 +62,8 @@ Job convert_job() {
           [](ConvertArguments& arguments, const std::string& name) {
             arguments.uniform = name == "uniform";
           },
-          "Depths of faces: those of INPUT, or all levels for each face, where missing vertices are "
+          "Depths of faces: those of INPUT, or all levels for each face, where missing vertices "
+          "are "
           "filled by the midpoint rule")
       .by_default("own");
   table.bytes("block", &ConvertArguments::block_bytes, std::string(kBlockOfCopyHelp));

@@ -28,7 +28,7 @@ const std::vector<AttributeSchema> kSchemas = {{"mass", ComponentType::kFloat32,
 
 /// In an order that keeps few blocks open, so that the others are written on the way.
 BaseMesh mesh_of_failing_runs() {
-  return lay_out(BaseMesh::build(random_sphere(8, unless_sanitized(200u, 40u))),
+  return lay_out(BaseMesh::build(random_sphere(8, unless_sanitized(200u, 66u))),
                  LayoutKind::kHilbert)
       .mesh;
 }
