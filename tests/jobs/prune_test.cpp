@@ -130,11 +130,12 @@ TEST_CASE("Prune_WithEqualDepths_GivesTheStoreOfTheseLevels") {
 
 TEST_CASE("Drawn_OfRandomDepths_HasNoGapAndTheEulerNumberOfTheBaseMesh") {
   std::mt19937 random(7);
+  int patterns = 0;
   // Numbers of vertices tell edges apart only where no two faces have two sides in common.
   for (const NamedMesh& named : all_meshes()) {
     const BaseMesh base = BaseMesh::build(named.mesh);
     if (base.face_count() > 200) continue;
-    for (int turn = 0; turn < 20; ++turn) {
+    for (int turn = 0; turn < 40; ++turn, ++patterns) {
       CAPTURE(named.name, turn);
       const BaseMesh deep = base.with_depths(random_depths(base.face_count(), random, 4));
       const int level = static_cast<int>(random() % 5);
@@ -162,6 +163,7 @@ TEST_CASE("Drawn_OfRandomDepths_HasNoGapAndTheEulerNumberOfTheBaseMesh") {
             edges->size() + base.vertex_count() + base.face_count());
     }
   }
+  CHECK(patterns >= 1000);
 }
 
 TEST_CASE("Drawn_OfAPrunedStore_HasThePositionsOfItsVertices") {
