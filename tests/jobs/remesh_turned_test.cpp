@@ -196,7 +196,7 @@ TEST_CASE("Remesh_CubeOfManyFaces_IsExactToItsEdges") {
     CHECK(report.to_scan.max < 1e-7 * report.diagonal);
     digests.push_back(report.digest);
   }
-  CHECK(digests.front() == digests.back());
+  CHECK(digests[0] == digests[1]);
 
   request.feature_angle = 180;
   const RemeshReport rounded = files.run(request);
@@ -237,7 +237,7 @@ TEST_CASE("Remesh_NoTurnedFacesAsked_AreGoneAfterOtherBaseMeshes") {
     CHECK(files.open().has_attribute("turned"));
     digests.push_back(report.digest);
   }
-  CHECK(digests[0] == digests[1]);
+  CHECK(digests.front() == digests.back());
 }
 
 TEST_CASE("Remesh_NoTurnedFacesAsked_IsOneBaseMeshIfThereAreNone") {
