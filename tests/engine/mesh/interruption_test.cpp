@@ -96,7 +96,19 @@ TEST_CASE("Interruptible_OnWorkers_IsAskedByItsThreadAloneAndAllHearTheAnswer") 
   const Interruptible interruptible("trial", progress, kAlways);
   each_on_workers(0, 1000, [](int) { poll_interruption(); });
   stop = true;
-  const Error error = error_of([] { each_on_workers(0, 1000, [](int) { poll_interruption(); }); });
+  // The others could do all before the thread that may ask has its first turn.
+  std::atomic<bool> has_turn = false;
+  const Error error = error_of([&] {
+    each_on_workers(0, 1000, [&](int) {
+      if (std::this_thread::get_id() == own) {
+        has_turn = true;
+        has_turn.notify_all();
+      } else {
+        has_turn.wait(false);
+      }
+      poll_interruption();
+    });
+  });
   CHECK(error.code() == ErrorCode::kCancelled);
   CHECK(elsewhere == 0);
 }
