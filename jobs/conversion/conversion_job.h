@@ -71,12 +71,14 @@ std::uint64_t vertices_of(const Store& store);
 
 /// Copies a store. After an error no copy is left. Removes left-overs of killed runs with the same
 /// output. Does not print and does not handle signals. `source_backends` open the source,
-/// `backends` make the copy. Steps, which are the phases too: "convert" (counts bytes), "read the
-/// copy back" (the digest of the copy, or a comparison of rounded records), "digest of the source"
-/// (after rounding, of the copy), "publish". Errors: those of Store::open and Store::create;
-/// kInvalidArgument if source and copy are the same, for a backend that writes no files, and for a
-/// compression that the backend does not do; kCancelled; kCorruption if the copy is not equal; kIo,
-/// kNoSpace. Pinned by tests/tools/store_commands_test.cpp.
+/// `backends` make the copy. Steps, which are the phases too: "convert" (counts bytes; patches
+/// where levels are filled, and then "encode"), "read the copy back" (the digest of the copy, or a
+/// comparison of rounded records, or of those of the source), "digest of the source" (after
+/// rounding, of the copy; after filling, "digest of the copy"), "publish". Errors: those of
+/// Store::open and Store::create; kInvalidArgument if source and copy are the same, for a backend
+/// that writes no files, for a compression that the backend does not do, and for `uniform` with
+/// `max_errors`; kCancelled; kCorruption if the copy is not equal; kIo, kNoSpace. Pinned by
+/// tests/tools/store_commands_test.cpp and tests/jobs/uniform_levels_test.cpp.
 ConversionResult convert(const ConversionRequest& request, const BackendRegistry& source_backends,
                          const BackendRegistry& backends, const JobWatch& watch = {});
 

@@ -63,8 +63,7 @@ Job convert_job() {
             arguments.uniform = name == "uniform";
           },
           "Depths of faces: those of INPUT, or all levels for each face, where missing vertices "
-          "are "
-          "filled by the midpoint rule")
+          "are filled by the midpoint rule")
       .by_default("own");
   table.bytes("block", &ConvertArguments::block_bytes, std::string(kBlockOfCopyHelp));
   table.flag("no-index", &ConvertArguments::no_index, std::string(kNoIndexHelp));

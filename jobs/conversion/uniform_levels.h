@@ -11,7 +11,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// same base mesh without depths and has no attribute. A vertex that no face of `from` has lies in
 /// the middle between its two parents (the midpoint rule): each number is the mean, of integers
 /// rounded down; normals (`normal`, three floats) get length 1 again. All others keep their bits.
-/// The copy has no scheme, because none makes these vertices. Leaves the commit to the caller.
+/// The copy has no scheme, because none makes these vertices, and no record of an earlier rounding,
+/// because they are not rounded. Leaves the commit to the caller.
 /// Memory: the budgets of the two stores, and one patch of the finest level. `progress` counts
 /// patches. Errors: kCancelled; those of Reader and PatchWriter; kOutOfMemory. Pinned by
 /// tests/jobs/uniform_levels_test.cpp.

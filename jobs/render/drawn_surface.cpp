@@ -15,6 +15,7 @@
 #include "job_rules.h"
 #include "number_type.h"
 #include "plait/error.h"
+#include "plait/extend/store_access.h"
 #include "plait/extend/vector3.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -105,8 +106,10 @@ class DrawnSurface {
         });
   }
   void read_normals() {
+    const AttributeId normal = store_.attribute("normal");
+    StoreAccess::check_type(store_, normal, ComponentType::kFloat32, 3);
     normals_.reserve(positions_.size());
-    for_each_record(store_.attribute("normal"), [&](std::span<const std::byte> record, auto) {
+    for_each_record(normal, [&](std::span<const std::byte> record, auto) {
       normals_.push_back(std::bit_cast<Vector3<float>>(array_of<float, 3>(record)));
     });
   }

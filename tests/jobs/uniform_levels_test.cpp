@@ -16,6 +16,7 @@
 #include "export/export_mesh.h"
 #include "jobs/pruned_stores.h"
 #include "plait/digest.h"
+#include "plait/job.h"
 #include "plait/mesh_io.h"
 #include "plait/patch_writer.h"
 #include "plait/verify.h"
@@ -178,6 +179,25 @@ TEST_CASE("Uniform_OfWhatCannotBe_IsRefusedAndLeavesNothing") {
   // Of a store of all levels, it is the copy that it always was.
   CHECK(convert_by(request).filled_vertices == 0);
   CHECK(digest(open(request.to)) == digest(open(from)));
+}
+
+TEST_CASE("Render_OfDepthsWithNormalsOfAnotherType_IsRefusedByName") {
+  const TemporaryDirectory directory;
+  const auto from = whole_store(directory.path() / "whole", tetrahedron(), {0, 1, 2, 3});
+  {
+    Store store = open(from, true);
+    store.remove_attribute(store.attribute("normal"));
+    store.add_attribute({"normal", ComponentType::kUint16, 2}, kLevels);
+    store.commit();
+  }
+  pruned(from, directory.path() / "pruned", 0);
+  const Error error = error_of([&] {
+    run_job("render", {{"store", (directory.path() / "pruned").native()},
+                       {"out", (directory.path() / "picture.png").native()}});
+  });
+  CHECK(error.code() == ErrorCode::kInvalidArgument);
+  CHECK(std::string(error.what()).find("'normal'") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "picture.png"));
 }
 
 TEST_CASE("Export_OfDepths_ToFilesOfEachKind_HasTheSameTriangles") {
