@@ -140,7 +140,7 @@ Digest digest_of_part(const Store& store, std::span<const VertexId> vertices,
   const StorePass under_way(store);
   SlotHasher hasher;
   const EdgeRange range = StoreAccess::edges(store);
-  const std::span<const Edge> edges = store.base().edges();
+  const std::span<const Edge> edges = store.base().topology().edges;
   std::uint64_t done = 0, total = 0;
   for (const AttributeId id : attributes)
     total += static_cast<std::uint64_t>(store.attributes()[id].finest_level - store.base_level()) *

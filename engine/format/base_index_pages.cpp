@@ -27,6 +27,24 @@ std::span<const Element> elements(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const Element*>(bytes.data()), bytes.size() / sizeof(Element)};
 }
 
+std::size_t element_bytes(MeshArray array) {
+  switch (array) {
+    case MeshArray::kPositions:
+      return sizeof(Vector3<double>);
+    case MeshArray::kFaces:
+    case MeshArray::kFaceEdges:
+      return sizeof(std::array<std::uint32_t, 3>);
+    case MeshArray::kEdges:
+      return sizeof(Edge);
+    case MeshArray::kVertexCorners:
+    case MeshArray::kBorderEdges:
+    case MeshArray::kInputVertices:
+    case MeshArray::kInputFaces:
+      break;
+  }
+  return sizeof(std::uint32_t);
+}
+
 }  // namespace
 
 BaseIndexPages::Reservation::Reservation(std::uint64_t bytes) : bytes_(bytes) {
@@ -56,6 +74,10 @@ void BaseIndexPages::refuse(std::uint64_t offset, const std::string& what) const
   throw Error(ErrorCode::kCorruption,
               fmt::format("read {}: byte {}: {}{}", file_.path().native(), offset, what, cure_))
       .about(file_.path(), offset);
+}
+
+void BaseIndexPages::refuse(MeshArray array, std::uint64_t element, const std::string& what) const {
+  refuse(layout_.place(array).offset + element_bytes(array) * element, what);
 }
 
 BaseIndexPages::BaseIndexPages(File file, const ExpectedBase& expected)
@@ -216,7 +238,7 @@ void BaseIndexPages::check_side(FaceSide side) const {
   const bool is_own = edge.own == side && edge.start == from && edge.end == to;
   const bool is_other = edge.other == side && edge.start == to && edge.end == from;
   if (is_own == is_other || from == to)
-    refuse(layout_.place(MeshArray::kEdges).offset + sizeof(Edge) * number,
+    refuse(MeshArray::kEdges, number,
            fmt::format("edge {} does not agree with side {} of face {}", number, side.side(),
                        side.face()));
 }
@@ -242,7 +264,7 @@ void BaseIndexPages::need_topology() const {
       const bool is_listed = border != mesh.border_edges.end() && *border == edge;
       border += is_listed ? 1 : 0;
       if (mesh.edges[edge].is_border() != is_listed)
-        refuse(layout_.place(MeshArray::kEdges).offset + sizeof(Edge) * edge,
+        refuse(MeshArray::kEdges, edge,
                fmt::format("edge {}: the list of border edges says another thing", edge));
     }
   });
@@ -251,29 +273,44 @@ void BaseIndexPages::need_topology() const {
         for (std::size_t vertex = first; vertex < last; ++vertex) {
           const FaceSide corner = mesh.vertex_corners[vertex];
           if (mesh.faces[corner.face()][static_cast<std::size_t>(corner.side())] != vertex)
-            refuse(layout_.place(MeshArray::kVertexCorners).offset + sizeof(FaceSide) * vertex,
+            refuse(MeshArray::kVertexCorners, vertex,
                    fmt::format("vertex {} is not at its corner", vertex));
         }
       });
   topology_whole_.store(true, std::memory_order_release);
 }
 
-void BaseIndexPages::need_element(MeshArray array, std::uint64_t index,
-                                  std::uint64_t element_bytes) const {
-  const std::uint64_t first = index * element_bytes / kIndexPageBytes,
-                      last = ((index + 1) * element_bytes - 1) / kIndexPageBytes;
+void BaseIndexPages::need_element(MeshArray array, std::uint64_t index) const {
+  const std::uint64_t bytes = element_bytes(array), first = index * bytes / kIndexPageBytes,
+                      last = ((index + 1) * bytes - 1) / kIndexPageBytes;
   for (std::uint64_t page = first; page <= last; ++page) need_page(array, page);
+}
+
+void BaseIndexPages::need_elements(MeshArray array, std::span<const std::uint32_t> elements) const {
+  for (const std::uint32_t element : elements) need_element(array, element);
+}
+
+void BaseIndexPages::need_range(MeshArray array, std::uint64_t first, std::uint64_t after) const {
+  if (first >= after) return;
+  const std::uint64_t bytes = element_bytes(array);
+  for (std::uint64_t page = first * bytes / kIndexPageBytes;
+       page <= (after * bytes - 1) / kIndexPageBytes; ++page)
+    need_page(array, page);
+}
+
+void BaseIndexPages::check_sides(std::span<const FaceId> faces) const {
+  for (const FaceId face : faces) check_sides(face);
 }
 
 void BaseIndexPages::need_face(FaceId face) const {
   if (topology_whole_.load(std::memory_order_acquire)) return;
   const Topology& mesh = arrays_.mesh;
-  need_element(MeshArray::kFaces, face, sizeof(mesh.faces[0]));
-  need_element(MeshArray::kFaceEdges, face, sizeof(mesh.face_edges[0]));
+  need_element(MeshArray::kFaces, face);
+  need_element(MeshArray::kFaceEdges, face);
   for (const EdgeId number : mesh.face_edges[face]) {
-    need_element(MeshArray::kEdges, number, sizeof(Edge));
+    need_element(MeshArray::kEdges, number);
     if (mesh.edges[number].is_border() != std::ranges::binary_search(mesh.border_edges, number))
-      refuse(layout_.place(MeshArray::kEdges).offset + sizeof(Edge) * number,
+      refuse(MeshArray::kEdges, number,
              fmt::format("edge {}: the list of border edges says another thing", number));
   }
   check_sides(face);

@@ -35,6 +35,11 @@ class BaseIndexPages final : public MeshPages {
   void need(MeshArray array) const override;
   void need_topology() const override;
   void need_face(FaceId face) const override;
+  void need_elements(MeshArray array, std::span<const std::uint32_t> elements) const override;
+  void need_range(MeshArray array, std::uint64_t first, std::uint64_t after) const override;
+  void check_sides(std::span<const FaceId> faces) const override;
+  [[noreturn]] void refuse(MeshArray array, std::uint64_t element,
+                           const std::string& what) const override;
   std::uint64_t memory_bytes() const noexcept override;
 
  private:
@@ -61,7 +66,7 @@ class BaseIndexPages final : public MeshPages {
   std::span<const Element> array(MeshArray which) const noexcept;
   /// The page is one of the array, from 0 on.
   void need_page(MeshArray array, std::uint64_t page) const;
-  void need_element(MeshArray array, std::uint64_t index, std::uint64_t element_bytes) const;
+  void need_element(MeshArray array, std::uint64_t index) const;
   void check_page(MeshArray array, std::uint64_t first, std::span<const std::byte> bytes) const;
   void check_border() const;
   /// Whether the face's sides and their edges agree.

@@ -69,7 +69,7 @@ void recode_attribute(Store& store, AttributeId attribute, const LevelPipelines&
   // The program may hold the base records, and open levels refer to them. So the memory that has
   // them goes to the copy before it has levels, and the old levels refer to it too.
   auto& attributes = StoreAccess::state(store).attributes;
-  attributes[copy].base_bytes.swap(attributes[attribute].base_bytes);
+  std::swap(attributes[copy].base_bytes, attributes[attribute].base_bytes);
   try {
     attributes[attribute].base_bytes = attributes[copy].base_bytes;
     store.set_pipeline(copy, pipelines);
@@ -86,7 +86,7 @@ void recode_attribute(Store& store, AttributeId attribute, const LevelPipelines&
     }
     StoreAccess::name_replacement(store, copy);
   } catch (...) {
-    attributes[copy].base_bytes.swap(attributes[attribute].base_bytes);
+    std::swap(attributes[copy].base_bytes, attributes[attribute].base_bytes);
     store.remove_attribute(copy);
     throw;
   }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "mesh/connectivity.h"
+#include "mesh/mesh_region.h"
 #include "mesh/parallel_parts.h"
 #include "plait/detail/face_depths.h"
 #include "plait/error.h"
@@ -97,7 +98,8 @@ BaseMesh::BaseMesh(BaseMesh&& other) noexcept
       maps_owner_(std::move(other.maps_owner_)),
       pages_(std::move(other.pages_)),
       slot_shapes_(std::move(other.slot_shapes_)),
-      depths_(std::move(other.depths_)) {}
+      depths_(std::move(other.depths_)),
+      region_(std::move(other.region_)) {}
 
 BaseMesh& BaseMesh::operator=(BaseMesh&& other) noexcept {
   if (this == &other) return *this;
@@ -107,6 +109,7 @@ BaseMesh& BaseMesh::operator=(BaseMesh&& other) noexcept {
   pages_ = std::move(other.pages_);
   slot_shapes_ = std::move(other.slot_shapes_);
   depths_ = std::move(other.depths_);
+  region_ = std::move(other.region_);
   return *this;
 }
 
@@ -247,6 +250,13 @@ BaseMesh BaseMesh::with_depths(std::vector<std::uint8_t> depths) const {
 BaseMesh BaseMesh::without_depths() const {
   BaseMesh result = *this;
   result.depths_ = nullptr;
+  return result;
+}
+
+BaseMesh BaseMesh::around(EdgeId first, EdgeId after) const {
+  BaseMesh result = *this;
+  result.region_ =
+      std::make_shared<const MeshRegion>(find_region(arrays_, pages_.get(), first, after));
   return result;
 }
 

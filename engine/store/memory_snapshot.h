@@ -25,7 +25,7 @@ struct MemorySnapshot {
   struct CommittedAttribute {
     AttributeInfo info;
     AttributeRecord record;
-    std::vector<std::byte> base_bytes;
+    ZeroedArray<std::byte> base_bytes;
   };
   Provenance provenance_;
   std::uint32_t next_number_;

@@ -181,7 +181,7 @@ EdgeRange StoreAccess::edges(const Store& store) {
 std::optional<std::vector<VertexId>> StoreAccess::own_vertices(const Store& store) {
   const Store::Implementation& state = store.state();
   if (!state.is_part()) return std::nullopt;
-  return owned_vertices(state.base.topology(), state.shards, state.only_shard);
+  return owned_vertices(state.base, state.shards, state.only_shard);
 }
 
 bool StorePass::is_under_way(const Store& store) { return has(store.state(), Kind::kPass); }

@@ -12,6 +12,7 @@
 
 #include "base/contention.h"
 #include "base/stopwatch.h"
+#include "base/zeroed_array.h"
 #include "blocks/telling_volume.h"
 #include "format/base_mesh_file.h"
 #include "format/manifest.h"
@@ -32,7 +33,7 @@ struct MemorySnapshot;
 struct Store::Implementation {
   struct Attribute {
     AttributeRecord record;  ///< its schema is in `infos`
-    std::vector<std::byte> base_bytes;
+    ZeroedArray<std::byte> base_bytes;
     /// Whether `base_bytes` are finished. Stays where it is: passes keep its address.
     std::unique_ptr<WrittenRecords> base_written = std::make_unique<WrittenRecords>();
     /// Only a replacement: the name that it gets in the end. Until then it has one that no program

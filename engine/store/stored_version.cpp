@@ -231,15 +231,16 @@ std::vector<std::byte> StoredVersion::version_file_with(
   return encode_version_file(description_bytes_, tables);
 }
 
-std::vector<std::byte> StoredVersion::read_records(const std::string& name, std::uint64_t bytes,
-                                                   std::uint64_t checksum) const {
+template <class Bytes>
+Bytes StoredVersion::read_records(const std::string& name, std::uint64_t bytes,
+                                  std::uint64_t checksum) const {
   const File file(store_, name, OpenMode::kRead);
   const std::string& path = file.path().native();
   if (file.size() != bytes)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: {} bytes, expected {}", path, file.size(), bytes))
         .about(file.path());
-  std::vector<std::byte> records(bytes);
+  Bytes records(bytes);
   file.read_at(0, records);
   if (const std::uint64_t found = checksum_of(records); found != checksum)
     throw Error(ErrorCode::kCorruption,
@@ -248,17 +249,17 @@ std::vector<std::byte> StoredVersion::read_records(const std::string& name, std:
   return records;
 }
 
-std::vector<std::byte> StoredVersion::read_base_records(const AttributeRecord& attribute) const {
-  return read_records(base_records_name(attribute),
-                      description_.vertex_count * attribute.schema.record_bytes(),
-                      attribute.base_checksum);
+ZeroedArray<std::byte> StoredVersion::read_base_records(const AttributeRecord& attribute) const {
+  return read_records<ZeroedArray<std::byte>>(
+      base_records_name(attribute), description_.vertex_count * attribute.schema.record_bytes(),
+      attribute.base_checksum);
 }
 
 std::vector<std::byte> StoredVersion::read_face_records(
     const FaceAttributeRecord& attribute) const {
-  return read_records(face_records_name(attribute),
-                      description_.face_count * attribute.schema.record_bytes(),
-                      attribute.checksum);
+  return read_records<std::vector<std::byte>>(
+      face_records_name(attribute), description_.face_count * attribute.schema.record_bytes(),
+      attribute.checksum);
 }
 
 std::string StoredVersion::version_name() const { return version_file_name(manifest_.sequence); }

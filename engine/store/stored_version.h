@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/zeroed_array.h"
 #include "format/base_index_file.h"
 #include "format/file_names.h"
 #include "format/manifest.h"
@@ -95,7 +96,7 @@ class StoredVersion {
   std::vector<std::byte> version_file_with(std::span<const BlockTable* const> tables) const;
   /// Reads the base records of an attribute in the description. Errors: kNotFound, kCorruption,
   /// kIo.
-  std::vector<std::byte> read_base_records(const AttributeRecord& attribute) const;
+  ZeroedArray<std::byte> read_base_records(const AttributeRecord& attribute) const;
 
   /// Reads the records of a face attribute in the description. Errors: as read_base_records().
   std::vector<std::byte> read_face_records(const FaceAttributeRecord& attribute) const;
@@ -113,8 +114,8 @@ class StoredVersion {
   File release_file() && { return std::move(file_); }
 
  private:
-  std::vector<std::byte> read_records(const std::string& name, std::uint64_t bytes,
-                                      std::uint64_t checksum) const;
+  template <class Bytes>
+  Bytes read_records(const std::string& name, std::uint64_t bytes, std::uint64_t checksum) const;
   void check_generations(const BackendTraits& traits) const;
   ExpectedBase expected_base() const;
 

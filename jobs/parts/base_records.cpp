@@ -11,7 +11,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-std::vector<std::vector<std::byte>> merge_base_records(
+std::vector<ZeroedArray<std::byte>> merge_base_records(
     const Directory& plan_directory, const PlanFile& plan, const std::vector<DoneFile>& parts,
     const BaseMesh& mesh, const std::vector<std::size_t>& record_bytes) {
   const Topology topology = mesh.topology();
@@ -19,7 +19,7 @@ std::vector<std::vector<std::byte>> merge_base_records(
   std::vector<std::vector<VertexId>> owned(parts.size());
   for (VertexId vertex = 0; vertex < mesh.vertex_count(); ++vertex)
     owned[owner_of(topology, shards, vertex)].push_back(vertex);
-  std::vector<std::vector<std::byte>> records;
+  std::vector<ZeroedArray<std::byte>> records;
   for (const std::size_t bytes : record_bytes) records.emplace_back(mesh.vertex_count() * bytes);
   const std::size_t all = std::accumulate(record_bytes.begin(), record_bytes.end(), std::size_t{0});
   for (const DoneFile& done : parts) {
@@ -37,7 +37,7 @@ std::vector<std::vector<std::byte>> merge_base_records(
     for (std::size_t at = 0; at < records.size(); ++at) {
       const auto size = static_cast<std::ptrdiff_t>(record_bytes[at]);
       for (const VertexId vertex : vertices) {
-        std::copy(from, from + size, records[at].begin() + size * vertex);
+        std::copy(from, from + size, records[at].data() + size * vertex);
         from += size;
       }
     }

@@ -9,36 +9,63 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The faces that refining edge `edge` adds to a part that begins with `first`: those of its faces
-/// that have no other edge in the part yet.
-int new_faces(const Topology& mesh, EdgeId first, EdgeId edge) {
-  const auto is_new = [&](FaceSide side) {
-    if (!side.exists()) return 0;
-    for (const EdgeId other : mesh.face_edges[side.face()])
-      if (other >= first && other < edge) return 0;
-    return 1;
-  };
-  return is_new(mesh.edges[edge].own) + is_new(mesh.edges[edge].other);
-}
+/// The costs of all edges, in one array that is read from front to back, again and again.
+class EdgeCosts {
+ public:
+  EdgeCosts(const Topology& mesh, const PartCost& cost) : of_face_(cost.of_face()) {
+    edges_.reserve(mesh.edges.size());
+    for (EdgeId edge = 0; edge < mesh.edges.size(); ++edge) {
+      if (is_turn_to_poll(edge)) poll_interruption();
+      const auto after_earlier = [&](FaceSide side) {
+        if (!side.exists()) return kNoId;
+        EdgeId after = 0;
+        for (const EdgeId other : mesh.face_edges[side.face()])
+          if (other < edge) after = std::max(after, other + 1);
+        return after;
+      };
+      const Edge& of_mesh = mesh.edges[edge];
+      edges_.push_back({after_earlier(of_mesh.own), after_earlier(of_mesh.other)});
+      (of_mesh.is_border() ? of_border_ : of_inner_) = cost.of_edge(of_mesh);
+    }
+  }
 
-double cost_of(const Topology& mesh, EdgeId first, EdgeId edge, const PartCost& cost) {
-  return cost.of_edge(mesh.edges[edge]) + new_faces(mesh, first, edge) * cost.of_face();
-}
+  EdgeId size() const { return static_cast<EdgeId>(edges_.size()); }
+
+  /// The faces that refining edge `edge` adds to a part that begins with `first`: those of its
+  /// faces that have no other edge in the part yet.
+  std::uint32_t new_faces(EdgeId first, EdgeId edge) const {
+    const auto& [own, other] = edges_[edge];
+    return (own <= first ? 1u : 0u) + (other <= first ? 1u : 0u);
+  }
+
+  double cost_of(EdgeId first, EdgeId edge) const {
+    return (edges_[edge].other == kNoId ? of_border_ : of_inner_) +
+           new_faces(first, edge) * of_face_;
+  }
+
+ private:
+  /// For each of its faces, one more than the last of the face's earlier edges; 0 if there is none;
+  /// kNoId if there is no such face.
+  struct AfterEarlier {
+    EdgeId own, other;
+  };
+  std::vector<AfterEarlier> edges_;
+  double of_inner_ = 0, of_border_ = 0, of_face_;
+};
 
 /// Cuts whenever a part would cost more than `most`. Stops when there are more than `parts`.
-std::vector<EdgeId> cut_at(const Topology& mesh, std::uint32_t parts, double most,
-                           const PartCost& cost) {
+std::vector<EdgeId> cut_at(const EdgeCosts& costs, std::uint32_t parts, double most) {
   std::vector<EdgeId> starts = {0};
   double sum = 0;
-  for (EdgeId edge = 0; edge < mesh.edges.size() && starts.size() <= parts; ++edge) {
+  for (EdgeId edge = 0; edge < costs.size() && starts.size() <= parts; ++edge) {
     if (is_turn_to_poll(edge)) poll_interruption();
-    const double with = sum + cost_of(mesh, starts.back(), edge, cost);
+    const double with = sum + costs.cost_of(starts.back(), edge);
     if (with <= most || edge == starts.back()) {
       sum = with;
       continue;
     }
     starts.push_back(edge);
-    sum = cost_of(mesh, edge, edge, cost);
+    sum = costs.cost_of(edge, edge);
   }
   return starts;
 }
@@ -83,22 +110,22 @@ double PartCost::of_face() const {
 }
 
 std::vector<EdgeId> cut_edges(const Topology& mesh, std::uint32_t parts, const PartCost& cost) {
+  const EdgeCosts costs(mesh, cost);
   double most = 0;
-  for (EdgeId edge = 0; edge < mesh.edges.size(); ++edge) most += cost_of(mesh, 0, edge, cost);
+  for (EdgeId edge = 0; edge < costs.size(); ++edge) most += costs.cost_of(0, edge);
   // The smallest limit that needs no more parts: a greedy cut is the best one for each limit.
   double too_small = 0;
   for (int step = 0; step < 40 && most - too_small > 1e-6 * most; ++step) {
     const double middle = (most + too_small) / 2;
-    (cut_at(mesh, parts, middle, cost).size() <= parts ? most : too_small) = middle;
+    (cut_at(costs, parts, middle).size() <= parts ? most : too_small) = middle;
   }
-  return cut_longest(cut_at(mesh, parts, most, cost), parts,
-                     static_cast<EdgeId>(mesh.edges.size()));
+  return cut_longest(cut_at(costs, parts, most), parts, costs.size());
 }
 
 std::vector<PlannedPart> figures_of_parts(const Topology& mesh, const std::vector<EdgeId>& starts,
                                           const PartCost& cost) {
+  const EdgeCosts costs(mesh, cost);
   std::vector<PlannedPart> parts;
-  std::uint64_t all_faces = 0;
   for (std::size_t at = 0; at < starts.size(); ++at) {
     PlannedPart& part = parts.emplace_back();
     part.first_edge = starts[at];
@@ -107,9 +134,8 @@ std::vector<PlannedPart> figures_of_parts(const Topology& mesh, const std::vecto
     for (EdgeId edge = part.first_edge; edge < part.edge_after; ++edge) {
       if (is_turn_to_poll(edge)) poll_interruption();
       part.records += cost.records(mesh.edges[edge]);
-      part.faces += static_cast<std::uint64_t>(new_faces(mesh, part.first_edge, edge));
+      part.faces += costs.new_faces(part.first_edge, edge);
     }
-    all_faces += part.faces;
     part.seconds = 1e-9 * (cost.ns_per_record * static_cast<double>(part.records) +
                            cost.of_face() * static_cast<double>(part.faces));
   }

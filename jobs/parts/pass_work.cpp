@@ -218,12 +218,13 @@ void PassWork::commit(const JoinCall& call, const std::vector<DoneFile>& parts, 
                               call.plan.native(), call.store.native(), plan_.version()));
     return;
   }
-  std::vector<std::vector<std::byte>> records, faces;
+  std::vector<ZeroedArray<std::byte>> records;
+  std::vector<std::vector<std::byte>> faces;
   for (const AttributeRecord& attribute : joined_->next.attributes)
     records.push_back(attribute.number == plan_.of_pass.attribute_number
-                          ? merge_base_records(directory_, plan_, parts, joined_->mesh,
-                                               {attribute.schema.record_bytes()})
-                                .front()
+                          ? std::move(merge_base_records(directory_, plan_, parts, joined_->mesh,
+                                                         {attribute.schema.record_bytes()})
+                                          .front())
                           : version.read_base_records(attribute));
   for (const FaceAttributeRecord& attribute : joined_->next.face_attributes)
     faces.push_back(version.read_face_records(attribute));

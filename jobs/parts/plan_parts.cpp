@@ -97,6 +97,9 @@ PartMemory memory_of_parts(const Directory& plan_directory, const PlanFile& file
                            const std::filesystem::path& final_path,
                            const BackendRegistry& backends) {
   constexpr std::uint64_t kMiB = 1u << 20, kOfProgram = 64 * kMiB, kOfFace = 160;
+  // Positions and base records are in the order of the input, so that any part may touch all pages
+  // of them.
+  constexpr std::uint64_t kOfOtherFace = 40;
   const auto whole = [](std::uint64_t bytes) { return (bytes + kMiB - 1) / kMiB * kMiB; };
   const auto worst = std::ranges::max_element(file.plan.parts, {}, &PlannedPart::bytes);
   UnpublishedDirectory directory(final_path, "partial", MadeProof::kMark, remove_made_files);
@@ -107,7 +110,12 @@ PartMemory memory_of_parts(const Directory& plan_directory, const PlanFile& file
   // Parts differ a little; a backend keeps up to a quarter for itself.
   memory.budget_bytes = std::max(StoreOptions().budget_bytes,
                                  whole((4 * needs.frames / 3 + needs.resident) * 11 / 10));
-  memory.total_bytes = whole(memory.budget_bytes + kOfProgram + kOfFace * file.face_count);
+  const bool reads_region = plan_directory.contains(kBaseIndexName) && !file.plan.pass &&
+                            traits_of(scheme_from_name(file.scheme)).ring_count == 1;
+  const std::uint64_t own =
+      reads_region ? std::min(worst->faces, file.face_count) : file.face_count;
+  memory.total_bytes = whole(memory.budget_bytes + kOfProgram + kOfFace * own +
+                             kOfOtherFace * (file.face_count - own));
   return memory;
 }
 

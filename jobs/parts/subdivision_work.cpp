@@ -23,8 +23,10 @@
 #include "parts/sealed_file.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
+#include "plait/extend/store_access.h"
 #include "plait/progress.h"
 #include "plait/subdivide.h"
+#include "schemes/table.h"
 #include "store/lock.h"
 #include "store/recovery.h"
 #include "store/store_directory.h"
@@ -58,6 +60,7 @@ class SubdivisionWork : public PartWork {
   }
   File open_base() const;
   BaseMesh read_mesh(const File& file) const;
+  BaseMesh mesh_of_part(std::uint32_t part) const;
   Store create_store(std::uint32_t part, const Directory& directory, const BaseMesh& mesh,
                      const PartOptions& options, const BackendRegistry& backends) const;
   SubdivideOptions options_of(const PartOptions& options) const;
@@ -99,6 +102,14 @@ BaseMesh SubdivisionWork::read_mesh(const File& file) const {
   return mesh;
 }
 
+/// With the index of the base mesh, a part reads what it needs. Level 1 of a scheme of two rings is
+/// made of the whole base mesh.
+BaseMesh SubdivisionWork::mesh_of_part(std::uint32_t part) const {
+  BaseMesh mesh = read_mesh(open_base());
+  if (traits_of(scheme_from_name(plan_.scheme)).ring_count > 1) return mesh;
+  return mesh.around(shards().first_edge(part), shards().edge_after(part));
+}
+
 Store SubdivisionWork::create_store(std::uint32_t part, const Directory& directory,
                                     const BaseMesh& mesh, const PartOptions& options,
                                     const BackendRegistry& backends) const {
@@ -133,7 +144,7 @@ SubdivideOptions SubdivisionWork::options_of(const PartOptions& options) const {
 
 Needs SubdivisionWork::needs(std::uint32_t part, const Directory& directory,
                              const BackendRegistry& backends) const {
-  Store store = create_store(part, directory, read_mesh(open_base()), {}, backends);
+  Store store = create_store(part, directory, mesh_of_part(part), {}, backends);
   return plan_subdivision(store, options_of({})).needs();
 }
 
@@ -163,7 +174,7 @@ ComputedPart SubdivisionWork::compute(std::uint32_t part, const Directory& direc
                                       const BackendRegistry& backends) const {
   ComputedPart computed;
   const Stopwatch clock;
-  const BaseMesh mesh = read_mesh(open_base());
+  const BaseMesh mesh = mesh_of_part(part);
   std::optional<Store> made(create_store(part, directory, mesh, options, backends));
   SubdivideOptions subdivision = options_of(options);
   const int wanted = thread_count(options.threads, "make part");
@@ -192,8 +203,7 @@ ComputedPart SubdivisionWork::compute(std::uint32_t part, const Directory& direc
   const double written = clock.seconds();
   std::vector<AttributeId> all(store.attributes().size());
   std::iota(all.begin(), all.end(), 0);
-  computed.digest = digest_of_part(store, owned_vertices(store.base().topology(), shards(), part),
-                                   all, options.progress);
+  computed.digest = digest_of_part(store, *StoreAccess::own_vertices(store), all, options.progress);
   store.close();
   computed.write_seconds = written - refined;
   computed.compute_seconds = clock.seconds() - computed.write_seconds - computed.begin_seconds;

@@ -4,6 +4,7 @@
 
 #include "butterfly/rings.h"
 #include "fused/patch_lattice.h"
+#include "mesh/mesh_region.h"
 #include "plait/detail/one_ring.h"
 #include "schemes/butterfly.h"
 
@@ -16,11 +17,11 @@ void put_point(Real* first, std::size_t point, const Vector3<Real>& v) {
   lattice_points::put(first + point * kPointNumbers, 0, v);
 }
 
-/// [vertex]
-std::vector<std::uint32_t> count_faces(const Topology& mesh) {
-  std::vector<std::uint32_t> faces(mesh.vertex_corners.size());
-  for (const auto& corners : mesh.faces)
-    for (const VertexId vertex : corners) ++faces[vertex];
+std::uint32_t count_faces(const Topology& mesh, VertexId vertex) {
+  const FaceSide first = mesh.vertex_corners[vertex];
+  std::uint32_t faces = 1;
+  for (FaceSide at = mesh.next_corner(first); at.exists() && at != first; at = mesh.next_corner(at))
+    ++faces;
   return faces;
 }
 
@@ -34,12 +35,28 @@ void BaseRings<Rule>::evaluate(std::span<const FaceId> faces) {
 }
 
 template <class Rule>
-void BaseRings<Rule>::evaluate_hubs() {
+std::vector<VertexId> BaseRings<Rule>::find_hubs(const BaseMesh& mesh) {
+  const Topology topology = mesh.topology();
+  std::vector<VertexId> hubs;
+  if (mesh.region() != nullptr) {
+    for (const VertexId vertex : mesh.region()->vertices)
+      if (count_faces(topology, vertex) >= kHubValence) hubs.push_back(vertex);
+    return hubs;
+  }
+  // Of a whole mesh, counting is faster than walks.
+  std::vector<std::uint32_t> faces_at(topology.vertex_corners.size());
+  for (const auto& corners : topology.faces)
+    for (const VertexId vertex : corners) ++faces_at[vertex];
+  for (VertexId vertex = 0; vertex < faces_at.size(); ++vertex)
+    if (faces_at[vertex] >= kHubValence) hubs.push_back(vertex);
+  return hubs;
+}
+
+template <class Rule>
+void BaseRings<Rule>::evaluate_hubs(std::span<const VertexId> hubs) {
   clear();
   hub_corners_.clear();
-  const std::vector<std::uint32_t> faces_at = count_faces(source_.mesh);
-  for (VertexId vertex = 0; vertex < faces_at.size(); ++vertex) {
-    if (faces_at[vertex] < kHubValence) continue;
+  for (const VertexId vertex : hubs) {
     const auto number = static_cast<std::uint32_t>(vertices_.size());
     add(vertex, [&](FaceSide corner, int spoke) {
       hub_corners_.push_back({corner, {number, spoke}});
@@ -51,10 +68,10 @@ void BaseRings<Rule>::evaluate_hubs() {
 }
 
 template <class Rule>
-std::uint64_t BaseRings<Rule>::hub_bytes(const Topology& mesh, int levels) {
+std::uint64_t BaseRings<Rule>::hub_bytes(const BaseMesh& mesh, int levels) {
   std::uint64_t bytes = 0;
-  for (const std::uint32_t faces : count_faces(mesh)) {
-    if (faces < kHubValence) continue;
+  for (const VertexId hub : find_hubs(mesh)) {
+    const std::uint32_t faces = count_faces(mesh.topology(), hub);
     const RingShape at_most{static_cast<int>(faces) + 1, true, Rule::kRingCount};
     bytes +=
         at_most.points() * kPointNumbers * sizeof(Real) * static_cast<std::uint64_t>(levels + 1) +

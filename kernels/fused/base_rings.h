@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fused/patch_lattice.h"
+#include "plait/base_mesh.h"
 #include "plait/detail/numbers.h"
 #include "plait/detail/rows.h"
 #include "plait/extend/topology.h"
@@ -58,10 +59,12 @@ class BaseRings {
   /// A vertex of this valence or more is a hub. Many runs have a face at a hub, so its rings are
   /// evaluated once for all runs.
   static constexpr int kHubValence = 256;
-  /// Evaluates all hubs of the mesh, instead of the vertices of a run.
-  void evaluate_hubs();
+  /// Of the base vertices at hand (mesh/mesh_region.h), ascending.
+  static std::vector<VertexId> find_hubs(const BaseMesh& mesh);
+  /// Evaluates these hubs, instead of the vertices of a run.
+  void evaluate_hubs(std::span<const VertexId> hubs);
   /// The bytes that evaluate_hubs() needs.
-  static std::uint64_t hub_bytes(const Topology& mesh, int levels);
+  static std::uint64_t hub_bytes(const BaseMesh& mesh, int levels);
 
   /// A base vertex at one level.
   struct View {

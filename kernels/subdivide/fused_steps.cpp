@@ -6,8 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "base/zeroed_array.h"
 #include "butterfly/base_middles.h"
 #include "fused/surface_refiner.h"
+#include "mesh/mesh_region.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/fused.h"
 #include "schemes/one_ring_steps.h"
@@ -41,7 +43,7 @@ void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, Attri
   const int levels = finest(store, options).refinements;
   const std::span<Vector3<Real>> base = store.base_records<Vector3<Real>>(run.position);
   // The patches read the base mesh until the last one is done, so the results are separate arrays.
-  std::vector<Vector3<Real>> positions(base.size()), limits(options.limit ? base.size() : 0);
+  ZeroedArray<Vector3<Real>> positions(base.size()), limits(options.limit ? base.size() : 0);
 
   const Topology mesh = store.base().topology();
   const std::vector<Vector3<Real>> middles =
@@ -50,7 +52,7 @@ void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, Attri
   if (normal != kNoId) refinement.results.normals = store.base_records<Vector3<float>>(normal);
 
   BaseRings<Rule> hubs(refinement.source);
-  hubs.evaluate_hubs();
+  hubs.evaluate_hubs(BaseRings<Rule>::find_hubs(store.base()));
   refinement.source.hubs = &hubs;
 
   FusedPass pass = fused_pass(store, options, Rule::kRingCount, run.position, normal);
@@ -62,13 +64,17 @@ void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, Attri
     return true;
   };
   fused(store, pass, how);
-  std::ranges::copy(options.limit ? limits : positions, base.begin());
+  const std::span<const Vector3<Real>> results = options.limit ? limits : positions;
+  const VerticesAtHand vertices = walkable_vertices(store.base());
+  for (std::size_t at = 0; at < vertices.size(); ++at) base[vertices[at]] = results[vertices[at]];
 }
 
 template <class Rule>
 std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& options) {
   using Real = typename Rule::Real;
-  const std::uint64_t vertices = store.base().vertex_count(), edges = store.base().edge_count();
+  const EdgeRange here = StoreAccess::edges(store);
+  const std::uint64_t vertices = walkable_vertices(store.base()).size(),
+                      edges = store.base().edge_count();
   const int levels = finest(store, options).refinements;
   const std::array<std::size_t, 2> records = {sizeof(Vector3<Real>), sizeof(Vector3<float>)};
   // A scheme of two rings has level 1 in memory. The rings and the values in double from
@@ -78,11 +84,12 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   const std::uint64_t level_1 = keeps_level_1 ? edges * sizeof(Vector3<Real>) : 0,
                       for_level_1 = keeps_level_1 ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;
   const std::uint64_t pass_bytes =
-      vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
+      vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) +
+      (here.after - here.first) * sizeof(void*) +
       fused_needs(store, std::span(records).first(options.normals ? 2 : 1), options.levels,
                   options.threads)
           .resident +
-      BaseRings<Rule>::hub_bytes(store.base().topology(), levels) +
+      BaseRings<Rule>::hub_bytes(store.base(), levels) +
       static_cast<std::uint64_t>(options.threads) *
           surface_scratch_bytes<Real>(levels, Rule::kRingCount) +
       sizeof(std::uint32_t) * vertices;

@@ -17,15 +17,18 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 namespace {
 
-/// The number of edges that faces before this one use. Edges are numbered by the first face that
-/// uses them, and the executor takes faces from the last to the first. So a run completes the edges
-/// that it uses first, and it begins its other edges.
-EdgeId edges_before_face(const Topology& mesh, std::uint64_t face) {
-  const auto is_used_before = [&](const Edge& edge) {
-    return edge.own.face() < face || (!edge.is_border() && edge.other.face() < face);
-  };
-  return static_cast<EdgeId>(std::ranges::partition_point(mesh.edges, is_used_before) -
-                             mesh.edges.begin());
+FaceId first_face(const Edge& edge) {
+  return edge.is_border() ? edge.own.face() : std::min(edge.own.face(), edge.other.face());
+}
+
+/// The first edge of `here` that no face before this one uses, or the end. Edges are numbered by
+/// the first face that uses them, and the executor takes faces from the last to the first. So a run
+/// completes the edges that it uses first, and it begins its other edges.
+EdgeId first_edge_after(const Topology& mesh, EdgeRange here, std::uint64_t face) {
+  const auto edges = mesh.edges.subspan(here.first, here.after - here.first);
+  const auto is_used_before = [&](const Edge& edge) { return first_face(edge) < face; };
+  return here.first +
+         static_cast<EdgeId>(std::ranges::partition_point(edges, is_used_before) - edges.begin());
 }
 
 }  // namespace
@@ -41,11 +44,17 @@ std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t>
   for (const std::size_t bytes : record_bytes)
     for (int level = store.base_level() + 1; level <= finest_level; ++level)
       geometries.push_back(StoreAccess::geometry(store, bytes, level));
-  std::uint64_t most = 0;
-  for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
+  std::uint64_t most = 0, after = mesh.faces.size();
+  if (here.first == here.after) return 0;
+  // No run that begins above the last face, or ends below the first one, has an edge of the range.
+  const std::uint64_t last = first_face(mesh.edges[here.after - 1]),
+                      lowest = first_face(mesh.edges[here.first]);
+  if (after > last + faces_under_way + 1)
+    after -= (after - last - faces_under_way - 1) / run_faces * run_faces;
+  for (; after > lowest; after -= std::min(after, run_faces)) {
     const std::uint64_t first = after - std::min(after, faces_under_way);
-    const EdgeId first_edge = std::clamp(edges_before_face(mesh, first), here.first, here.after);
-    const EdgeId edge_after = std::clamp(edges_before_face(mesh, after), here.first, here.after);
+    const EdgeId first_edge = first_edge_after(mesh, here, first),
+                 edge_after = first_edge_after(mesh, here, after);
     if (first_edge == edge_after) continue;
     std::uint64_t bytes = 0;
     for (const LevelGeometry& geometry : geometries)

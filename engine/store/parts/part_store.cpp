@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "mesh/mesh_region.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "store/parts/shard_tables.h"
@@ -70,11 +71,13 @@ std::uint32_t owner_of(const Topology& mesh, const EdgeShards& shards, VertexId 
       *std::ranges::min_element(mesh.face_edges[mesh.vertex_corners[vertex].face()]));
 }
 
-std::vector<VertexId> owned_vertices(const Topology& mesh, const EdgeShards& shards,
+std::vector<VertexId> owned_vertices(const BaseMesh& mesh, const EdgeShards& shards,
                                      std::uint32_t shard) {
+  const Topology topology = mesh.topology();
+  const VerticesAtHand candidates = walkable_vertices(mesh);
   std::vector<VertexId> vertices;
-  for (VertexId vertex = 0; vertex < mesh.vertex_corners.size(); ++vertex)
-    if (owner_of(mesh, shards, vertex) == shard) vertices.push_back(vertex);
+  for (std::size_t at = 0; at < candidates.size(); ++at)
+    if (owner_of(topology, shards, candidates[at]) == shard) vertices.push_back(candidates[at]);
   return vertices;
 }
 
@@ -107,8 +110,7 @@ PartContent finish_part_store(Store& store) {
   }
   content.description = state.description();
   content.tables = encode_shard_tables(state.uuid, state.only_shard, tables);
-  const std::vector<VertexId> owned =
-      owned_vertices(state.base.topology(), state.shards, state.only_shard);
+  const std::vector<VertexId> owned = owned_vertices(state.base, state.shards, state.only_shard);
   for (std::size_t at = 0; at < state.attributes.size(); ++at) {
     if (!is_made_by_part(state, state.attributes[at])) continue;
     const std::size_t record_bytes = state.infos[at].schema.record_bytes();

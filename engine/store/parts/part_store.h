@@ -28,8 +28,9 @@ struct PartOfStore {
 };
 
 /// Makes a store whose levels have only the slots of one shard. `directory` exists and is empty;
-/// files of levels go there, and no other file. subdivide() fills it with the fused executor; only
-/// records of base vertices that owned_vertices() names are then right. Errors: as Store::create.
+/// files of levels go there, and no other file. `base` may be around() the edges of the shard for a
+/// scheme of one ring. subdivide() fills it with the fused executor; only records of base vertices
+/// that owned_vertices() names are then right. Errors: as Store::create.
 Store create_part_store(const std::filesystem::path& directory, BaseMesh base,
                         const StoreOptions& options, const BackendRegistry& backends,
                         const Provenance& provenance, PartOfStore part);
@@ -56,8 +57,9 @@ Store open_part_store(const std::filesystem::path& path, const PartOfVersion& pa
 /// corner. So the shard computes that face.
 std::uint32_t owner_of(const Topology& mesh, const EdgeShards& shards, VertexId vertex);
 
-/// The base vertices that the shard has, ascending.
-std::vector<VertexId> owned_vertices(const Topology& mesh, const EdgeShards& shards,
+/// The base vertices that the shard has, ascending. `mesh` is the whole one or around() the edges
+/// of the shard.
+std::vector<VertexId> owned_vertices(const BaseMesh& mesh, const EdgeShards& shards,
                                      std::uint32_t shard);
 
 /// What is in the files of a finished part.

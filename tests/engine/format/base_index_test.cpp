@@ -12,6 +12,7 @@
 #include "format/base_index_file.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
+#include "mesh/mesh_region.h"
 #include "support/answering_operations.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -85,6 +86,38 @@ struct Indexed {
   Directory directory;
   std::vector<std::byte> bytes;
 };
+
+/// That what a part may read is as in the mesh that was built.
+void check_region(const BaseMesh& right, const BaseMesh& part, EdgeId first, EdgeId after) {
+  const MeshRegion& region = *part.region();
+  const BaseMesh built = right.around(first, after);
+  CHECK(region.faces == built.region()->faces);
+  CHECK(region.vertices == built.region()->vertices);
+  CHECK(region.neighbours == built.region()->neighbours);
+  const Topology mesh = right.topology(), found = part.topology();
+  const auto is_right = [&](FaceId face) {
+    if (found.faces[face] != mesh.faces[face] || found.face_edges[face] != mesh.face_edges[face])
+      return false;
+    return std::ranges::all_of(mesh.face_edges[face], [&](EdgeId edge) {
+      return std::memcmp(&found.edges[edge], &mesh.edges[edge], sizeof(Edge)) == 0;
+    });
+  };
+  CHECK(std::ranges::all_of(region.faces, is_right));
+  const auto walks_right = [&](VertexId vertex) {
+    FaceSide corner = found.vertex_corners[vertex];
+    if (corner != mesh.vertex_corners[vertex]) return false;
+    do {
+      if (!is_right(corner.face()) || found.next_corner(corner) != mesh.next_corner(corner))
+        return false;
+      corner = found.next_corner(corner);
+    } while (corner.exists() && corner != mesh.vertex_corners[vertex]);
+    return true;
+  };
+  CHECK(std::ranges::all_of(region.vertices, walks_right));
+  CHECK(std::ranges::all_of(region.neighbours, [&](VertexId vertex) {
+    return part.arrays().positions[vertex] == right.positions()[vertex];
+  }));
+}
 
 /// Two components, a border, a vertex that no face uses, a face that is turned, and faces in
 /// another order: everything that the file can have. Of several pages.
@@ -291,6 +324,102 @@ TEST_CASE("BaseIndex_ForgedWithRightChecksums_GivesNoNumberThatLeadsAstray") {
   const std::optional<BaseMesh> opened = indexed.open();
   CHECK_NOTHROW(opened->need_face(4999));
   CHECK(code_of([&] { opened->need_face(5000); }) == ErrorCode::kCorruption);
+}
+
+TEST_CASE("BaseIndex_OpenedForTheEdgesOfAPart_ReadsThePagesAroundThem") {
+  const Indexed indexed(with_everything());
+  const auto edges = static_cast<EdgeId>(indexed.base.edge_count());
+  for (const EdgeId first : {EdgeId{0}, edges / 2, edges - 40}) {
+    const std::optional<BaseMesh> opened = indexed.open();
+    const BaseMesh mesh = opened->around(first, first + 40);
+    check_region(indexed.base, mesh, first, first + 40);
+    // A page of each of five arrays, and another one where an array is cut.
+    CHECK(mesh.memory_bytes() - indexed.open()->memory_bytes() <= 10 * kIndexPageBytes);
+  }
+}
+
+TEST_CASE("BaseIndex_DamagedInOnePage_ConcernsThePartsThatReadIt") {
+  const Indexed indexed(with_everything());
+  const BaseIndexLayout layout = indexed.layout();
+  const auto edges = static_cast<EdgeId>(indexed.base.edge_count());
+  std::size_t refused = 0, computed = 0;
+  for (std::size_t array = 0; array < kMeshArrayCount; ++array) {
+    const auto& place = layout.place(static_cast<MeshArray>(array));
+    if (static_cast<MeshArray>(array) == MeshArray::kBorderEdges) continue;  // always read
+    for (std::uint64_t page = 0; page < place.page_count(); ++page) {
+      std::vector<std::byte> changed = indexed.bytes;
+      changed[place.offset + page * kIndexPageBytes + 3] ^= std::byte{4};
+      indexed.write(changed);
+      CAPTURE(array, page);
+      for (EdgeId first = 0; first < edges; first += edges / 5) {
+        const EdgeId after = std::min(edges, first + edges / 5);
+        try {
+          check_region(indexed.base, indexed.open()->around(first, after), first, after);
+          ++computed;
+        } catch (const Error& error) {
+          CHECK(error.code() == ErrorCode::kCorruption);
+          CHECK(names(error, {kBaseIndexName}));
+          ++refused;
+        }
+      }
+    }
+  }
+  CHECK(refused > 20);
+  CHECK(computed > 20);
+}
+
+TEST_CASE("BaseIndex_ForgedForAPart_IsRefusedOrGivesAPartThatEnds") {
+  const Indexed indexed(with_everything());
+  const Topology mesh = indexed.base.topology();
+  const auto faces = static_cast<FaceId>(indexed.base.face_count());
+  const auto edges = static_cast<EdgeId>(indexed.base.edge_count());
+  const auto refused = [&](EdgeId first, EdgeId after, MeshArray array, std::size_t index,
+                           auto number) {
+    indexed.write(indexed.forged(array, index, number));
+    CAPTURE(static_cast<int>(array), index, number);
+    CHECK(code_of([&] { indexed.open()->around(first, after); }) == ErrorCode::kCorruption);
+  };
+  const EdgeId edge = 900, first = 880, after = 950;
+  const FaceId face = mesh.edges[edge].own.face();
+  refused(first, after, MeshArray::kFaces, 3 * face, mesh.faces[face][1]);
+  refused(first, after, MeshArray::kFaceEdges, 3 * face, mesh.face_edges[face][1]);
+  refused(first, after, MeshArray::kFaceEdges, 3 * face, edges - 1);
+  refused(first, after, MeshArray::kEdges, 4 * edge, mesh.edges[edge].end);
+  refused(first, after, MeshArray::kEdges, 4 * edge + 2, std::uint32_t{17});
+  refused(first, after, MeshArray::kEdges, 4 * edge + 3, kNoId);
+  refused(first, after, MeshArray::kEdges, 4 * edge + 3, 3 * (faces - 1));
+  refused(first, after, MeshArray::kVertexCorners, mesh.edges[edge].start, 3 * (faces - 1));
+  refused(first, after, MeshArray::kVertexCorners, mesh.edges[edge].start,
+          FaceSide(face, 0).code == mesh.vertex_corners[mesh.edges[edge].start].code
+              ? FaceSide(face, 1).code
+              : FaceSide(face, 0).code + (mesh.faces[face][0] == mesh.edges[edge].start ? 1 : 0));
+  // Anything else: an error in words, or a region around which every walk ends.
+  std::mt19937 random(43);
+  for (int i = 0; i < 400; ++i) {
+    const auto array = static_cast<MeshArray>(1 + random() % 4);  // faces, edges, corners
+    const std::size_t size = indexed.layout().place(array).bytes / 4;
+    const std::uint64_t limit = array == MeshArray::kFaces       ? indexed.base.vertex_count()
+                                : array == MeshArray::kFaceEdges ? edges
+                                                                 : 3 * faces;
+    indexed.write(
+        indexed.forged(array, random() % size, static_cast<std::uint32_t>(random() % limit)));
+    const auto at = static_cast<EdgeId>(random() % (edges - 2000));
+    CAPTURE(i, at);
+    try {
+      const BaseMesh part = indexed.open()->around(at, at + 2000);
+      const Topology found = part.topology();
+      for (const VertexId vertex : part.region()->vertices) {
+        std::size_t steps = 0;
+        const FaceSide corner = found.vertex_corners[vertex];
+        for (FaceSide next = found.next_corner(corner); next.exists() && next != corner;
+             next = found.next_corner(next))
+          if (++steps > faces) break;
+        CHECK(steps <= faces);
+      }
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kCorruption);
+    }
+  }
 }
 
 TEST_CASE("BaseIndex_OnADiskThatFails_IsAnErrorAndCanBeReadLater") {

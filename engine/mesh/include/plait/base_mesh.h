@@ -20,6 +20,7 @@ class FaceDepths;
 class LevelGeometry;
 class SlotShapes;
 struct BaseRelativeLevel;
+struct MeshRegion;
 
 /// A face of a file that has more than three corners, and is several triangles here.
 struct CutFace {
@@ -93,6 +94,15 @@ class MeshPages {
   virtual void need_topology() const = 0;
   /// The corners of one face, its edges, and the entries of these.
   virtual void need_face(FaceId face) const = 0;
+  /// Single entries of an array. They alone are checked, not what they have to do with others.
+  virtual void need_elements(MeshArray array, std::span<const std::uint32_t> elements) const = 0;
+  /// The entries from `first` on, before `after`, checked likewise.
+  virtual void need_range(MeshArray array, std::uint64_t first, std::uint64_t after) const = 0;
+  /// That the sides of these faces are sides of their edges. REQUIRES: these entries were needed.
+  virtual void check_sides(std::span<const FaceId> faces) const = 0;
+  /// Throws kCorruption, which names the file and the place of the entry.
+  [[noreturn]] virtual void refuse(MeshArray array, std::uint64_t element,
+                                   const std::string& what) const = 0;
   /// Of what was read until now.
   virtual std::uint64_t memory_bytes() const noexcept = 0;
 };
@@ -158,6 +168,14 @@ class BaseMesh {
   /// such meshes.
   const FaceDepths* depths() const noexcept { return depths_.get(); }
 
+  /// The same mesh, of which no more is read than the slots of these edges follow from by stencils
+  /// of one ring (mesh/mesh_region.h): topology() then is to be used there alone, and of
+  /// arrays().positions those of the region. All other functions work as before. For the store of
+  /// one part. REQUIRES: first < after <= edge_count(). Errors: kOutOfMemory.
+  BaseMesh around(EdgeId first, EdgeId after) const;
+  /// nullptr but for the result of around().
+  const MeshRegion* region() const noexcept { return region_.get(); }
+
   std::uint64_t vertex_count() const { return arrays_.positions.size(); }
   std::uint64_t edge_count() const { return arrays_.mesh.edges.size(); }
   std::uint64_t face_count() const { return arrays_.mesh.faces.size(); }
@@ -185,7 +203,7 @@ class BaseMesh {
   /// The result refers to arrays of this object. The result is valid while the object lives and is
   /// not moved from.
   Topology topology() const {
-    if (pages_) pages_->need_topology();
+    if (pages_ && !region_) pages_->need_topology();
     return arrays_.mesh;
   }
   /// All arrays, as they are in memory now. Only what was asked for may be read: by need_face(), or
@@ -217,6 +235,7 @@ class BaseMesh {
   std::shared_ptr<const MeshPages> pages_;
   std::shared_ptr<const SlotShapes> slot_shapes_;  ///< nullptr: of no edge
   std::shared_ptr<const FaceDepths> depths_;       ///< nullptr: all faces have all levels
+  std::shared_ptr<const MeshRegion> region_;       ///< nullptr: the whole mesh
 };
 
 /// Vertices, edges and faces at a level of refinement. One refinement gives V' = V + E, E' = 2E +
