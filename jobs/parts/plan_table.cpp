@@ -23,7 +23,7 @@ struct PlanArguments : PartsRequest {
   std::vector<std::string> compress;
   std::optional<std::string> pass_name;
   PassRequest of_pass;
-  std::filesystem::path sbatch;
+  std::filesystem::path sbatch, chain;
   std::uint32_t longest_array = 1000;
 };
 
@@ -77,18 +77,31 @@ AttributeSchema schema_in(const std::string& text) {
               fmt::format("expected a type such as float32 or uint8, found \"{}\"", type));
 }
 
-/// No plan stays without the script that was asked for.
+/// What was made goes if what follows from it cannot be made.
 template <class Step>
-void remove_plan_unless(const std::filesystem::path& plan, const Step& succeeds) try {
+void remove_unless(const std::filesystem::path& made, const Step& succeeds) try {
   succeeds();
 } catch (const Error&) {
   std::error_code ignored;
-  std::filesystem::remove_all(plan, ignored);
+  std::filesystem::remove_all(made, ignored);
   throw;
 }
 
+void write_scripts(const PlanArguments& arguments, const PartsPlan& plan) {
+  write_sbatch_script(arguments.sbatch, arguments.plan, plan, arguments.longest_array);
+  if (!arguments.chain.empty())
+    remove_unless(arguments.sbatch, [&] {
+      write_chain_script(arguments.chain, arguments.sbatch, arguments.plan, plan,
+                         arguments.longest_array);
+    });
+}
+
 PartsPlan make_plan(PlanArguments& arguments, const JobCall& call) {
-  if (!arguments.sbatch.empty()) UnpublishedFile::check(arguments.sbatch, Existing::kRefuse);
+  if (!arguments.chain.empty() && arguments.sbatch.empty())
+    throw JobError(ErrorCode::kInvalidArgument,
+                   "plan: a chain submits the script of --sbatch, and there is none", "chain");
+  for (const auto& script : {arguments.sbatch, arguments.chain})
+    if (!script.empty()) UnpublishedFile::check(script, Existing::kRefuse);
   PartsPlan plan;
   if (arguments.pass_name) {
     PassRequest& request = arguments.of_pass;
@@ -111,9 +124,7 @@ PartsPlan make_plan(PlanArguments& arguments, const JobCall& call) {
   if (call.watch.warn)
     for (const std::string& warning : plan.warnings) call.watch.warn(warning);
   if (!arguments.sbatch.empty())
-    remove_plan_unless(arguments.plan, [&] {
-      write_sbatch_script(arguments.sbatch, arguments.plan, plan, arguments.longest_array);
-    });
+    remove_unless(arguments.plan, [&] { write_scripts(arguments, plan); });
   return plan;
 }
 
@@ -258,6 +269,8 @@ Job plan_job() {
              "Make the plan of a store again, so that a damaged shard costs one part");
   table.path("sbatch", &PlanArguments::sbatch,
              "Also write a Slurm script that makes all parts in an array job");
+  table.path("chain", &PlanArguments::chain,
+             "Also write a script that submits the array, the join after it, and what comes next");
   table.count("array", &PlanArguments::longest_array, 1, 1 << 20,
               "The longest array that --sbatch may ask for");
   return table.run([](PlanArguments& arguments, const JobCall& call) -> JobReport {

@@ -271,6 +271,86 @@ TEST_CASE("StatusAndLists_OfAPlan_SayWhatIsLeft") {
     CHECK(script.find(line) != std::string::npos);
 }
 
+TEST_CASE("Chain_OfAPlan_JoinsWhatEndsAndGivesLostPartsOnceMore") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const std::filesystem::path& at = here.path();
+  std::filesystem::create_directory(at / "bin");
+  std::filesystem::create_symlink(PLAIT_PROGRAM, at / "bin/plait");
+  // A Slurm that runs each job at once, and loses the task whose number is in the file "loses".
+  std::ofstream(at / "bin/sbatch") << R"sh(#!/bin/sh
+echo "$*" >>"$HOME/submitted"
+last=
+while :; do
+  case $1 in
+    --array=0-*) last=${1#--array=0-} ;;
+    --*) ;;
+    *) break ;;
+  esac
+  shift
+done
+if [ -n "$last" ]; then
+  for task in $(seq 0 "$last"); do
+    [ "$task" = "$(cat "$HOME/loses")" ] || SLURM_ARRAY_TASK_ID=$task sh "$@" >&2
+  done
+else
+  sh "$@" >&2
+fi
+wc -l <"$HOME/submitted"
+)sh";
+  std::filesystem::permissions(at / "bin/sbatch", std::filesystem::perms::owner_all);
+  const auto shell = [&](const std::string& words) {
+    return std::system(("cd '" + at.native() + "' && HOME=\"$PWD\" PATH=\"$PWD/bin:$PATH\" " +
+                        words + " >out 2>errors")
+                           .c_str());
+  };
+  REQUIRE(run(at, {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
+  const Names plan = {"plan",    "m.ply", "it's a plan", "--levels", "3",       "--parts", "5",
+                      "--array", "3",     "--sbatch",    "a b.sh",   "--chain", "chain.sh"};
+  REQUIRE(run(at, plan).status == 0);
+  std::ofstream(at / "loses") << "none\n";
+  CHECK(shell("sh chain.sh") != 0);
+  CHECK_FALSE(std::filesystem::exists(at / "submitted"));
+
+  SECTION("all parts end, and a pass follows") {
+    REQUIRE(shell("sh chain.sh s.plait 'plait plan --pass normals s.plait p2 --sbatch n.sh --chain "
+                  "c2.sh && sh c2.sh s.plait'") == 0);
+    CHECK(run(at, {"verify", "s.plait"}).status == 0);
+    CHECK(run(at, {"info", "s.plait", "--json"}).output.find("\"normal\"") != std::string::npos);
+    const std::string submitted = content_of(at / "submitted");
+    CHECK(std::count(submitted.begin(), submitted.end(), '\n') == 5);
+    CHECK(submitted.find("--offset 3") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(at / "s.plait.lost"));
+  }
+  SECTION("a task is lost the first time") {
+    // Of each array of three or two tasks one is lost, and none of the array of one task.
+    std::ofstream(at / "loses") << "1\n";
+    REQUIRE(shell("sh chain.sh s.plait 'echo then >then'") == 0);
+    CHECK_FALSE(std::filesystem::exists(at / "then"));  // of two lost parts one is lost again
+    CHECK_FALSE(std::filesystem::exists(at / "s.plait"));
+    std::ofstream(at / "loses") << "none\n";
+    REQUIRE(shell("sh chain.sh s.plait 'echo then >then'") == 0);
+    CHECK(std::filesystem::exists(at / "then"));
+    CHECK(run(at, {"verify", "s.plait"}).status == 0);
+  }
+  SECTION("the lost part comes with the second array") {
+    std::ofstream(at / "loses") << "2\n";
+    REQUIRE(shell("sh chain.sh s.plait 'echo then >then'") == 0);
+    CHECK(std::filesystem::exists(at / "then"));
+    CHECK(run(at, {"verify", "s.plait"}).status == 0);
+    CHECK(content_of(at / "submitted").find("--list") != std::string::npos);
+  }
+  SECTION("no chain without an array, and none over another file") {
+    CHECK(
+        run(at, {"plan", "m.ply", "p2", "--levels", "3", "--parts", "5", "--chain", "c"}).status ==
+        2);
+    CHECK(run(at, {"plan", "m.ply", "p2", "--levels", "3", "--parts", "5", "--sbatch", "new.sh",
+                   "--chain", "/proc/c.sh"})
+              .status == 2);
+    CHECK_FALSE(std::filesystem::exists(at / "p2"));
+    CHECK_FALSE(std::filesystem::exists(at / "new.sh"));
+  }
+}
+
 TEST_CASE("Plan_ScriptThatCannotBeWritten_LeavesNoPlan") {
   const TemporaryDirectory here(Medium::kMemory);
   REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
