@@ -49,6 +49,7 @@ void add_join_command(CommandLine& program, CommandContext& context) {
        "\n"
        "If parts are missing or damaged, the command prints them as a list for an array job, such\n"
        "as 3,17-19, and its exit status is 4. The last line is otherwise the digest of OUTPUT.\n"
+       "Exit status 3: the disk, its room or another process was in the way; try again.\n"
        "\n"
        "If OUTPUT is the store of PLAN already, the command changes nothing, but replaces files "
        "of\n"
@@ -62,7 +63,7 @@ void add_join_command(CommandLine& program, CommandContext& context) {
        "parts\n"
        "  plait join statue.plan statue.plait --concat --verify\n"
        "  plait join smooth1.plan statue.plait                                  the next version",
-       join_text, print_incomplete});
+       join_text, print_incomplete, "plan"});
 }
 
 }  // namespace plait

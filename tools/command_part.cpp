@@ -35,11 +35,17 @@ void add_part_command(CommandLine& program, CommandContext& context) {
        "If the scratch memory of all threads does not fit --memory, a part of a subdivision takes\n"
        "fewer, and says so.\n"
        "\n"
+       "Exit status 3: the disk, its room or another process was in the way; try again. With 1 or "
+       "2\n"
+       "the same command will never do.\n"
+       "\n"
        "Examples:\n"
        "  plait part molecule.plan 0\n"
        "  plait part statue.plan \"$SLURM_ARRAY_TASK_ID\" --list lost\n"
        "  plait part statue.plan \"$SLURM_ARRAY_TASK_ID\" --offset 1000",
-       part_text});
+       part_text,
+       {},
+       "plan"});
 }
 
 }  // namespace plait

@@ -39,6 +39,28 @@ int exit_status(ErrorCode code) noexcept {
   }
 }
 
+int exit_status_with_plan(const Error& error, const std::filesystem::path& plan) {
+  switch (error.code()) {
+    case ErrorCode::kIo:
+    case ErrorCode::kNoSpace:
+    case ErrorCode::kOutOfMemory:
+    case ErrorCode::kBusy:
+      return kExitAgain;
+    case ErrorCode::kNotFound: {
+      const std::string inside = (std::filesystem::absolute(plan) / "").lexically_normal().native();
+      const std::string found = std::filesystem::absolute(error.path()).lexically_normal().native();
+      std::error_code ignored;
+      if (!error.path().empty() && found.starts_with(inside) && found.size() > inside.size() &&
+          std::filesystem::exists(std::filesystem::path(inside) / "plan", ignored))
+        return kExitAgain;
+      break;
+    }
+    default:
+      break;
+  }
+  return exit_status(error.code());
+}
+
 void print(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size())
     throw system_error("write", "standard output", errno);

@@ -1,6 +1,7 @@
 // tools/console.h: the program's messages and exit statuses.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -12,11 +13,16 @@ namespace plait {
 constexpr int kExitDone = 0;
 constexpr int kExitFailed = 1;
 constexpr int kExitRefused = 2;
+constexpr int kExitAgain = 3;         ///< commands of a plan: the same command may end well later
 constexpr int kExitSignalBase = 128;  ///< plus the number of the signal that cancelled the work
 
 /// kExitRefused for bad usage and refused input (kInvalidArgument, kNotSupported, kNotFound), 128
 /// plus the signal for a cancelled run, kExitFailed for all other errors.
 int exit_status(ErrorCode code) noexcept;
+/// For commands that a scheduler starts, with the plan that they work on: kExitAgain if the reason
+/// may pass by itself (the disk, its room, memory, another process, or a file in the plan that
+/// another machine replaces or does not show yet), otherwise exit_status().
+int exit_status_with_plan(const Error& error, const std::filesystem::path& plan);
 
 /// Writes to standard output. Errors: kIo or kNoSpace (a closed pipe, a full disk).
 void print(std::string_view text);

@@ -108,17 +108,23 @@ void add_job_option(CommandLine& command, const JobOption& option, GivenOption& 
 
 int run_job_command(const JobCommand& command, const std::deque<GivenOption>& given,
                     const CommandContext& context) {
+  const JobOptions options = texts_of(given, command.unless_given);
   nlohmann::ordered_json report;
   try {
     JobWatcher watcher(command.job, context.json);
-    report = nlohmann::ordered_json::parse(
-        run_job(command.job, texts_of(given, command.unless_given), watcher.watch(),
-                {.backends = &context.backends,
-                 .open_backends = &context.open_backends,
-                 .option_prefix = "--"}));
-  } catch (const JobError& error) {
-    if (error.report().empty() || !command.failed) throw;
-    return command.failed(nlohmann::ordered_json::parse(error.report()), context.json);
+    report = nlohmann::ordered_json::parse(run_job(command.job, options, watcher.watch(),
+                                                   {.backends = &context.backends,
+                                                    .open_backends = &context.open_backends,
+                                                    .option_prefix = "--"}));
+  } catch (const Error& error) {
+    if (const auto* of_job = dynamic_cast<const JobError*>(&error);
+        of_job != nullptr && !of_job->report().empty() && command.failed)
+      return command.failed(nlohmann::ordered_json::parse(of_job->report()), context.json);
+    const auto plan =
+        std::ranges::find(options, command.plan_option, &JobOptions::value_type::first);
+    if (command.plan_option.empty() || plan == options.end()) throw;
+    report_error(to_string(error.code()), error.what(), context.json);
+    return exit_status_with_plan(error, plan->second);
   }
   print(context.json ? json_text(report) : command.text(report));
   return kExitDone;

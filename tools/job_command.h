@@ -20,6 +20,9 @@ struct JobCommand {
   std::function<std::string(const nlohmann::ordered_json& report)> text;
   /// For a job whose error has a report: prints it, and returns the exit status.
   std::function<int(const nlohmann::ordered_json& report, bool json)> failed = {};
+  /// The option that names a plan, for commands that a scheduler starts: their errors have the exit
+  /// statuses of exit_status_with_plan().
+  std::string plan_option = {};
   /// The command's name and options, where they are not those of the job.
   std::optional<JobDescription> described = {};
   /// What the job gets for options that the command line does not give.

@@ -36,8 +36,8 @@ constexpr const char* kFooter =
     "PLAIT_PLUGINS names, with colons between them.\n"
     "Sizes take KiB, MiB, GiB, TiB, or K, M, G, T: all powers of 1024.\n"
     "Exit status: 0 done; 1 failed (I/O, corruption, budget, busy); 2 bad usage or refused input,\n"
-    "such as a missing file; 4 parts are missing (join); 128 + N cancelled by signal N (Ctrl-C: "
-    "130).\n"
+    "such as a missing file; 3 try again (part, join: I/O, no space, busy); 4 parts are missing\n"
+    "(join); 128 + N cancelled by signal N (Ctrl-C: 130).\n"
     "A command never leaves a half-made output: an output gets its name when it is complete.";
 
 /// Searches the arguments itself, because parsing may fail before it reaches the flag.

@@ -1,8 +1,8 @@
+#include "parts/subdivision_work.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
-#include <memory>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -10,73 +10,42 @@
 
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "conversion/conversion_job.h"
 #include "execution/part_digest.h"
 #include "format/base_index_file.h"
 #include "format/base_mesh_file.h"
-#include "format/checksum.h"
 #include "format/file_names.h"
-#include "parts/base_records.h"
-#include "parts/link_or_copy.h"
-#include "parts/mend_shards.h"
-#include "parts/part_work.h"
 #include "parts/sealed_file.h"
 #include "plait/error.h"
-#include "plait/extend/file.h"
 #include "plait/extend/store_access.h"
 #include "plait/progress.h"
-#include "plait/subdivide.h"
 #include "schemes/table.h"
-#include "store/lock.h"
-#include "store/recovery.h"
-#include "store/store_directory.h"
-#include "store/unpublished_store.h"
-#include "store/version_writer.h"
+#include "store/parts/part_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-class SubdivisionWork : public PartWork {
- public:
-  SubdivisionWork(const Directory& plan_directory, const PlanFile& plan)
-      : PartWork(plan_directory, plan) {}
-
-  ComputedPart compute(std::uint32_t part, const Directory& directory, const PartOptions& options,
-                       const BackendRegistry& backends) const override;
-  Needs needs(std::uint32_t part, const Directory& directory,
-              const BackendRegistry& backends) const override;
-  void check(const JoinCall& call) override;
-  bool is_joined() const override { return is_joined_; }
-  bool needs_all_parts() const override { return !is_joined_; }
-  std::unique_ptr<PartBlocks> blocks(const JoinCall& call,
-                                     const std::vector<DoneFile>& parts) override;
-  void commit(const JoinCall& call, const std::vector<DoneFile>& parts, const std::string& digest,
-              const std::function<void(std::uint32_t)>& tell) override;
-
- private:
-  EdgeShards shards() const { return {plan_.starts(), plan_.edge_count}; }
-  VersionDescription description_of(const std::vector<DoneFile>& parts) const {
-    return decode_description(parts.front().description, 1, directory_.path());
-  }
-  File open_base() const;
-  BaseMesh read_mesh(const File& file) const;
-  BaseMesh mesh_of_part(std::uint32_t part) const;
-  Store create_store(std::uint32_t part, const Directory& directory, const BaseMesh& mesh,
-                     const PartOptions& options, const BackendRegistry& backends) const;
-  SubdivideOptions options_of(const PartOptions& options) const;
-  void make_store(const std::filesystem::path& path, const std::vector<DoneFile>& parts,
-                  const std::function<void(std::uint32_t)>& tell) const;
-  void publish(const JoinCall& call, UnpublishedStore& output);
-  StoreUuid uuid_of_result(const JoinOptions& options) const;
-  bool is_store_of_plan(const std::filesystem::path& path, const StoreUuid& uuid) const;
-
-  // For a join.
-  bool is_joined_ = false;
-  File base_;
-  BaseMesh mesh_;
-  VersionDescription description_;
-  EdgeShards shards_;
+/// The most threads, at most `wanted`, whose frames and scratch memory fit the budget, and what the
+/// scratch memory leaves for blocks. One thread is always allowed: then its scratch memory may come
+/// on top of the budget.
+struct FittingThreads {
+  int threads = 1;
+  std::uint64_t block_bytes = 0;
+  std::uint64_t over = 0;  ///< bytes on top of the budget
 };
+
+FittingThreads threads_that_fit(Store& store, SubdivideOptions options, int wanted,
+                                std::uint64_t budget) {
+  for (int threads = wanted;; threads = std::max(1, threads - std::max(1, threads / 4))) {
+    options.threads = threads;
+    const Needs needs = plan_subdivision(store, options).needs();
+    // A backend keeps up to a quarter of the budget for itself.
+    const std::uint64_t frames = (4 * needs.frames + 2) / 3;
+    if (frames + needs.resident <= budget) return {threads, budget - needs.resident, 0};
+    if (threads == 1) return {1, budget, needs.resident};
+  }
+}
+
+}  // namespace
 
 File SubdivisionWork::open_base() const {
   File base(directory_, kBaseMeshName, OpenMode::kRead);
@@ -148,27 +117,6 @@ Needs SubdivisionWork::needs(std::uint32_t part, const Directory& directory,
   return plan_subdivision(store, options_of({})).needs();
 }
 
-/// The most threads, at most `wanted`, whose frames and scratch memory fit the budget, and what the
-/// scratch memory leaves for blocks. One thread is always allowed: then its scratch memory may come
-/// on top of the budget.
-struct FittingThreads {
-  int threads = 1;
-  std::uint64_t block_bytes = 0;
-  std::uint64_t over = 0;  ///< bytes on top of the budget
-};
-
-FittingThreads threads_that_fit(Store& store, SubdivideOptions options, int wanted,
-                                std::uint64_t budget) {
-  for (int threads = wanted;; threads = std::max(1, threads - std::max(1, threads / 4))) {
-    options.threads = threads;
-    const Needs needs = plan_subdivision(store, options).needs();
-    // A backend keeps up to a quarter of the budget for itself.
-    const std::uint64_t frames = (4 * needs.frames + 2) / 3;
-    if (frames + needs.resident <= budget) return {threads, budget - needs.resident, 0};
-    if (threads == 1) return {1, budget, needs.resident};
-  }
-}
-
 ComputedPart SubdivisionWork::compute(std::uint32_t part, const Directory& directory,
                                       const PartOptions& options,
                                       const BackendRegistry& backends) const {
@@ -209,144 +157,6 @@ ComputedPart SubdivisionWork::compute(std::uint32_t part, const Directory& direc
   computed.compute_seconds = clock.seconds() - computed.write_seconds - computed.begin_seconds;
   return computed;
 }
-
-void SubdivisionWork::check(const JoinCall& call) {
-  base_ = open_base();
-  if (base_.size() != plan_.base_mesh.bytes || checksum_of(base_) != plan_.base_mesh.checksum)
-    throw Error(ErrorCode::kCorruption, fmt::format("join {}: {} is not that of the plan",
-                                                    call.plan.native(), base_.path().native()))
-        .about(base_.path());
-  is_joined_ = call.options.existing == Existing::kRefuse &&
-               is_store_of_plan(call.store, uuid_of_result(call.options));
-  if (!is_joined_) UnpublishedStore::check(call.store, call.options.existing);
-}
-
-/// A store in one piece has another UUID than one in shards, because its files are others; each
-/// join of the plan gives it the same one.
-StoreUuid SubdivisionWork::uuid_of_result(const JoinOptions& options) const {
-  StoreUuid uuid = plan_.plan.uuid;
-  if (!options.concat) return uuid;
-  for (const std::size_t half : {0u, 8u}) {
-    const std::uint64_t changed = checksum_of(uuid);
-    save(std::span(uuid), half, changed);
-  }
-  return uuid;
-}
-
-/// Whether an earlier join has made the store at `path`. Whatever else is there is for
-/// UnpublishedStore::check().
-bool SubdivisionWork::is_store_of_plan(const std::filesystem::path& path,
-                                       const StoreUuid& uuid) const try {
-  return open_for_reading(open_store_directory(path)).manifest.uuid == uuid;
-} catch (const Error&) {  // no store, or one that cannot be opened
-  return false;
-}
-
-std::unique_ptr<PartBlocks> SubdivisionWork::blocks(const JoinCall& call,
-                                                    const std::vector<DoneFile>& parts) {
-  const RegisteredBackend& backend = call.backends.find(plan_.plan.backend);
-  backend.check_machine();
-  description_ = description_of(parts);
-  mesh_ = read_mesh(base_);
-  shards_ = shards();
-  return std::make_unique<PartBlocks>(plan_, mesh_, description_, shards_, backend);
-}
-
-void SubdivisionWork::make_store(const std::filesystem::path& path,
-                                 const std::vector<DoneFile>& parts,
-                                 const std::function<void(std::uint32_t)>& tell) const {
-  const Directory store = claim_store_directory(path, Durability::kCommit);
-  VersionDescription description = description_of(parts);
-  std::map<std::string, std::uint64_t> expected;
-  const auto take = [&](const Directory& from, const std::string& name, std::uint64_t bytes) {
-    link_or_copy(from, name, store);
-    expected[name] = bytes;
-  };
-  const auto size_of = [](const Directory& from, const std::string& name) {
-    return File(from, name, OpenMode::kRead).size();
-  };
-  take(directory_, kBaseMeshName, plan_.base_mesh.bytes);
-  if (directory_.contains(kBaseIndexName))
-    take(directory_, kBaseIndexName, size_of(directory_, kBaseIndexName));
-  for (const DoneFile& done : parts) {
-    tell(done.part);
-    const Directory inside(directory_, done.directory);
-    for (const auto& level : done.levels) take(inside, level.name, level.bytes);
-    const std::string tables = tables_file_name(1, done.part);
-    take(inside, tables, size_of(inside, tables));
-    description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
-  }
-  std::vector<std::size_t> record_bytes;
-  for (const AttributeRecord& attribute : description.attributes)
-    record_bytes.push_back(attribute.schema.record_bytes());
-  StoreLock lock(store, LockFor::kCreating);
-  lock.sign();
-  const auto records = merge_base_records(directory_, plan_, parts, read_mesh(base_), record_bytes);
-  publish_version(store, lock, plan_.plan.uuid, 1,
-                  {std::move(description), {records.begin(), records.end()}, {}}, true);
-  expected[version_file_name(1)] = open_newest_version(store).manifest.version_bytes;
-  check_files(store, expected, "join " + directory_.path().native());
-}
-
-/// Another join of the plan may have been faster: then its store stays.
-void SubdivisionWork::publish(const JoinCall& call, UnpublishedStore& output) {
-  try {
-    output.publish(true);
-  } catch (const Error& error) {
-    is_joined_ = error.code() == ErrorCode::kInvalidArgument &&
-                 is_store_of_plan(call.store, plan_.plan.uuid);
-    if (!is_joined_) throw;
-    const Directory made(output.path());
-    remove_store_files(made);
-    made.remove_itself();
-  }
-}
-
-void SubdivisionWork::commit(const JoinCall& call, const std::vector<DoneFile>& parts,
-                             const std::string& digest,
-                             const std::function<void(std::uint32_t)>& tell) {
-  const JoinOptions& options = call.options;
-  if (is_joined_) {
-    if (options.concat || parts.empty()) return;
-    std::unique_ptr<PartBlocks> all;
-    mend_shards(
-        directory_, plan_, call.store, parts,
-        [&](const DoneFile& part) {
-          if (!all) all = blocks(call, parts);
-          all->read_all(directory_, part);
-        },
-        options.warn);
-    return;
-  }
-  UnpublishedStore output(call.store, options.existing, options.warn);
-  build_output(output, [&] {
-    make_store(output.make(), parts, tell);
-    if (!options.verify) return;
-    OpenOptions open;
-    open.budget_bytes = options.budget_bytes;
-    DigestOptions how;
-    how.progress = options.progress;
-    if (const std::string found =
-            plait::digest(Store::open(output.path(), open, call.backends), how).to_string();
-        found != digest)
-      throw Error(ErrorCode::kCorruption,
-                  fmt::format("join {}: the parts add up to digest {}, and the store has {}",
-                              call.plan.native(), digest, found));
-  });
-  if (!options.concat) return publish(call, output);
-  ConversionRequest request;
-  request.from = output.path();
-  request.to = call.store;
-  request.budget_bytes = options.budget_bytes;
-  request.existing = options.existing;
-  request.uuid = uuid_of_result(options);
-  JobWatch watch;
-  watch.progress = options.progress;
-  watch.warn = options.warn;
-  convert(request, call.backends, call.backends, watch);
-}
-
-}  // namespace
 
 std::unique_ptr<PartWork> PartWork::of(const Directory& plan_directory, const PlanFile& plan) {
   if (plan.plan.pass) return pass_work(plan_directory, plan);

@@ -351,6 +351,36 @@ wc -l <"$HOME/submitted"
   }
 }
 
+TEST_CASE("ExitStatus_OfPartAndJoin_TellsWhetherToTryAgain") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const std::filesystem::path& at = here.path();
+  REQUIRE(run(at, {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
+  REQUIRE(run(at, {"plan", "m.ply", "p", "--levels", "3", "--parts", "2"}).status == 0);
+  // Never: no such plan, no such part.
+  CHECK(run(at, {"part", "none", "0"}).status == 2);
+  CHECK(run(at, {"part", "p", "2"}).status == 2);
+  CHECK(run(at, {"join", "none", "s.plait"}).status == 2);
+  // A file that another machine has made may come to be seen.
+  std::filesystem::rename(at / "p/base.mesh", at / "kept");
+  const Outcome unseen = run(at, {"part", "p", "0", "--json"});
+  CHECK(unseen.status == 3);
+  CHECK(unseen.json()["error"]["code"] == "not_found");
+  std::filesystem::rename(at / "kept", at / "p/base.mesh");
+  // A disk that takes no more; without the trap, a signal would end the process.
+  const std::string full = "cd '" + at.native() + "' && trap '' XFSZ && ulimit -f 8 && '" +
+                           PLAIT_PROGRAM + "' part p 0 --threads 1 2>errors";
+  const int status = std::system(full.c_str());
+  REQUIRE(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 3);
+  CHECK(content_of(at / "errors").find("p/part.0-") != std::string::npos);
+  // And with room, it ends well.
+  for (const char* const part : {"0", "1"})
+    CHECK(run(at, {"part", "p", part, "--threads", "1"}).status == 0);
+  CHECK(run(at, {"join", "p", "s.plait"}).status == 0);
+  // A budget that is too small stays so.
+  CHECK(run(at, {"part", "p", "0", "--again", "--memory", "1K", "--threads", "1"}).status == 1);
+}
+
 TEST_CASE("Plan_ScriptThatCannotBeWritten_LeavesNoPlan") {
   const TemporaryDirectory here(Medium::kMemory);
   REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);

@@ -91,7 +91,7 @@ int run_job(const JobOptions& arguments, const std::optional<std::string>& bad_u
                  rank == 0 ? error.what()
                            : fmt::format("rank {} on {}: {}", rank, host_name(), error.what()),
                  arguments.json && rank == 0);
-    return exit_status(error.code());
+    return exit_status_with_plan(error, arguments.plan);
   }
 }
 
