@@ -4,6 +4,7 @@
 
 #include <array>
 #include <ctime>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -81,6 +82,15 @@ void remove_left_overs(const Directory& directory, const PlanFile& plan, std::ui
   }
 }
 
+/// Gives a file another name, over one that has it. A file system of a network may lose the answer
+/// and be asked again: then the file has its name although the last answer is that it is missing.
+void rename_over(const Directory& from, const std::string& name, const Directory& to,
+                 const std::function<bool()>& is_renamed) try {
+  from.rename(name, to, name, Renaming::kReplace);
+} catch (const Error& error) {
+  if (error.code() != ErrorCode::kNotFound || !is_renamed()) throw;
+}
+
 /// Gives done.I its name. If another process was faster, its part stays, unless it is damaged or
 /// `again` asks for a new one.
 bool publish(const PartDirectory& made, const Directory& plan_directory, const PlanFile& plan,
@@ -89,9 +99,20 @@ bool publish(const PartDirectory& made, const Directory& plan_directory, const P
   write_synced(made.made(), name, encode_done_file(plan, done));
   made.made().sync();
   plan_directory.sync();
-  if (!again && made.made().rename(name, plan_directory, name, Renaming::kRefuse)) return true;
-  if (!again && find_done(plan_directory, plan, done.part)) return false;
-  made.made().rename(name, plan_directory, name, Renaming::kReplace);
+  const auto is_named = [&] {
+    const std::optional<DoneFile> found = find_done(plan_directory, plan, done.part);
+    return found && found->directory == made.name();
+  };
+  if (!again) {
+    try {
+      if (made.made().rename(name, plan_directory, name, Renaming::kRefuse)) return true;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kNotFound) throw;
+    }
+    if (is_named()) return true;
+    if (find_done(plan_directory, plan, done.part)) return false;
+  }
+  rename_over(made.made(), name, plan_directory, is_named);
   return true;
 }
 

@@ -40,6 +40,7 @@
 #include "plait/registry.h"
 #include "plait/subdivision_job.h"
 #include "plait/verify.h"
+#include "support/answering_operations.h"
 #include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/sanitized.h"
@@ -809,6 +810,37 @@ TEST_CASE("Join_BesideAnotherOneOfThePlan_TakesItsStore") {
   CHECK(other.was_done());
   CHECK(check_store(path, default_backends()).damaged.empty());
   CHECK(std::distance(fs::directory_iterator(here.path()), {}) == 3);  // mesh, plan, store
+}
+
+TEST_CASE("Part_WhoseRenameIsDoneAndCalledMissing_Stays") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const fs::path plan = here.path() / "plan";
+  plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 2),
+             default_backends());
+  PartOptions options;
+  options.again = GENERATE(false, true);
+  if (options.again) make_part(plan, 0, {}, default_backends());
+  {
+    // As NFS does when the answer of a rename is lost and the client asks again.
+    const AnsweringOperations lost([&](const FileOperation& operation) {
+      if (operation.kind != FileOperation::Kind::kRename || operation.to == nullptr ||
+          operation.to->filename() != "done.0")
+        return 0;
+      std::error_code ignored;
+      fs::rename(operation.path, *operation.to, ignored);
+      return ENOENT;
+    });
+    CHECK_FALSE(make_part(plan, 0, options, default_backends()).was_done);
+    CHECK(lost.answers() > 0);
+  }
+  make_part(plan, 1, {}, default_backends());
+  CHECK_FALSE(join(plan, here.path() / "s.plait").was_joined);
+  CHECK(check_store(here.path() / "s.plait", default_backends()).damaged.empty());
+  // A file that is missing indeed is an error.
+  const AnsweringOperations missing(FileOperation::Kind::kRename, ENOENT);
+  options.again = true;
+  CHECK(error_of([&] { make_part(plan, 0, options, default_backends()); }).code() ==
+        ErrorCode::kNotFound);
 }
 
 TEST_CASE("Part_ItsFiles_AreTheOnlyOnesItChanges") {
