@@ -73,6 +73,18 @@ expect 0 "${start[@]}" -n "$ranks" "$plait_mpi" smooth.plan many.plait
 expect 0 "${start[@]}" -n "$ranks" "$plait_mpi" normals.plan many.plait
 [ "$("$plait" digest many.plait)" = "$("$plait" digest smooth.plait)" ] || fail 'expected the store of plait pass'
 
+# A rank on a machine that is full: its parts go to another rank, and it takes no more than three.
+new_plan full 12
+cat >full_rank.sh <<'END'
+trap '' XFSZ
+ulimit -f 8
+exec "$@"
+END
+expect 0 "${start[@]}" -n 1 "$plait_mpi" full full.plait : -n 1 sh full_rank.sh "$plait_mpi" full full.plait
+expect_last_line "$digest"
+[ "$(grep -c 'rank 1 on .*: part ' errors)" -ge 1 ] || fail 'expected errors of rank 1'
+[ "$(grep -c 'rank 1 on .*: part ' errors)" -le 3 ] || fail 'expected at most three errors of rank 1'
+
 # A rank whose parts fail again and again takes no more.
 new_plan failing 7
 mkdir failing/done.{0,1,2}

@@ -101,20 +101,30 @@ void Ranks::hand_out(PartQueue& queue, const MakePart& make,
     Endurance endurance;
     bool goes_on = true;
     while (goes_on) {
-      const std::optional<std::uint32_t> part = queue.next();
+      const std::optional<std::uint32_t> part = queue.wait_for_next(0);
       if (!part) break;
       const PartOutcome outcome = make(*part);
-      queue.end(*part, outcome);
+      queue.end(*part, 0, outcome);
       goes_on = endurance.goes_on(outcome);
     }
     has_ended = true;
   });
   // Ranks that get no more parts are told so at the end: until then they sleep, and afterwards MPI
-  // waits in its own way.
-  std::vector<int> idle;
+  // waits in its own way. Those that want more get a part that fails at another rank.
+  std::vector<int> idle, willing;
+  const auto give = [&](int rank) {
+    const std::optional<std::uint32_t> part = queue.next(rank);
+    if (part) send_part(rank, static_cast<int>(*part));
+    return part.has_value();
+  };
   Pause pause;
-  while (!has_ended || idle.size() + 1 < static_cast<std::size_t>(count_)) {
+  for (;;) {
     watch();
+    // Read before the ranks are asked: what its last part has left is then in the queue.
+    const bool all_wait =
+        has_ended && idle.size() + willing.size() + 1 == static_cast<std::size_t>(count_);
+    std::erase_if(willing, give);
+    if (all_wait && idle.size() + willing.size() + 1 == static_cast<std::size_t>(count_)) break;
     const std::optional<Asked> asked = receive_asking();
     if (!asked) {
       pause.sleep();
@@ -123,13 +133,14 @@ void Ranks::hand_out(PartQueue& queue, const MakePart& make,
     pause = {};
     const Asking& asking = asked->asking;
     if (asking.part != kNoPart)
-      queue.end(static_cast<std::uint32_t>(asking.part), static_cast<PartOutcome>(asking.outcome));
-    const std::optional<std::uint32_t> part = asking.wants_more != 0 ? queue.next() : std::nullopt;
-    if (part)
-      send_part(asked->rank, static_cast<int>(*part));
-    else
+      queue.end(static_cast<std::uint32_t>(asking.part), asked->rank,
+                static_cast<PartOutcome>(asking.outcome));
+    if (asking.wants_more == 0)
       idle.push_back(asked->rank);
+    else if (!give(asked->rank))
+      willing.push_back(asked->rank);
   }
+  idle.insert(idle.end(), willing.begin(), willing.end());
   for (const int rank : idle) send_part(rank, kNoPart);
 }
 
