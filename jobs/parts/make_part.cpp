@@ -118,49 +118,49 @@ bool publish(const PartDirectory& made, const Directory& plan_directory, const P
 
 }  // namespace
 
-PartResult make_part(const std::filesystem::path& path, std::uint32_t part,
+PartResult make_part(const std::filesystem::path& plan, std::uint32_t part,
                      const PartOptions& options, const BackendRegistry& backends) try {
   const Stopwatch clock;
   const double cpu_before = cpu_seconds();
   const auto begun = static_cast<std::uint64_t>(std::time(nullptr));
   const DefaultArithmetic arithmetic;
-  const Directory plan_directory = open_plan_directory(path);
-  const PlanFile plan = read_plan_file(plan_directory);
-  if (part >= plan.plan.parts.size())
+  const Directory plan_directory = open_plan_directory(plan);
+  const PlanFile file = read_plan_file(plan_directory);
+  if (part >= file.plan.parts.size())
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("make part {} of {}: expected 0 to {}", part, path.native(),
-                            plan.plan.parts.size() - 1));
-  if (plan.plan.program != program_version())
+                fmt::format("make part {} of {}: expected 0 to {}", part, plan.native(),
+                            file.plan.parts.size() - 1));
+  if (file.plan.program != program_version())
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("make part {} of {}: plait {} made the plan, and this is plait {}: all "
                             "parts need the same",
-                            part, path.native(), plan.plan.program, program_version()));
-  if (!options.store.empty() && !plan.plan.pass)
+                            part, plan.native(), file.plan.program, program_version()));
+  if (!options.store.empty() && !file.plan.pass)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("make part {} of {}: only a part of a pass reads a store", part,
-                            path.native()));
+                            plan.native()));
   const auto result_of = [&](const DoneFile& done, bool was_done) {
     PartResult result{was_done, done.digest.to_string(), 0, done.seconds};
     for (const auto& level : done.levels) result.bytes += level.bytes;
     return result;
   };
   if (!options.again)
-    if (const std::optional<DoneFile> done = find_done(plan_directory, plan, part)) {
-      remove_left_overs(plan_directory, plan, part);
+    if (const std::optional<DoneFile> done = find_done(plan_directory, file, part)) {
+      remove_left_overs(plan_directory, file, part);
       return result_of(*done, true);
     }
-  const std::optional<DoneFile> before = find_done(plan_directory, plan, part);
-  remove_left_overs(plan_directory, plan, part);
+  const std::optional<DoneFile> before = find_done(plan_directory, file, part);
+  remove_left_overs(plan_directory, file, part);
 
   PartDirectory made(plan_directory, part);
   DoneFile done;
   done.part = part;
   done.directory = made.name();
   ComputedPart computed =
-      PartWork::of(plan_directory, plan)->compute(part, made.made(), options, backends);
+      PartWork::of(plan_directory, file)->compute(part, made.made(), options, backends);
   PartContent& content = computed.content;
   done.digest = computed.digest;
-  write_synced(made.made(), tables_file_name(plan.version(), part), content.tables);
+  write_synced(made.made(), tables_file_name(file.version(), part), content.tables);
   write_synced(made.made(), kRecordsName, content.base_records);
   done.description = std::move(computed.description);
   done.levels = std::move(content.levels);
@@ -172,7 +172,7 @@ PartResult make_part(const std::filesystem::path& path, std::uint32_t part,
   done.begun = begun;
   done.cpu_seconds = cpu_seconds() - cpu_before;
   done.peak_memory_bytes = peak_rss_bytes();
-  if (publish(made, plan_directory, plan, done, options.again)) {
+  if (publish(made, plan_directory, file, done, options.again)) {
     made.keep();
     plan_directory.sync();
     if (before && before->directory != made.name())
@@ -180,7 +180,7 @@ PartResult make_part(const std::filesystem::path& path, std::uint32_t part,
   }
   return result_of(done, false);
 } catch (const std::bad_alloc&) {
-  throw out_of_memory(fmt::format("make part {} of {}", part, path.native()));
+  throw out_of_memory(fmt::format("make part {} of {}", part, plan.native()));
 }
 
 PLAIT_END_NAMESPACE

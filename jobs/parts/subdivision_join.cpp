@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "conversion/conversion_job.h"
+#include "format/byte_order.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
 #include "parts/base_records.h"
