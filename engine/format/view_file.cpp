@@ -28,7 +28,7 @@ namespace {
 namespace io = boost::iostreams;
 
 constexpr char kViewMagic[] = "plaitvew";
-constexpr std::uint32_t kViewFormat = 2;
+constexpr std::uint32_t kViewFormat = 3;
 constexpr std::uint64_t kViewHeaderBytes = 120, kViewChecksumBytes = 8;
 constexpr std::uint64_t kMostTableBytes = 1 << 24;
 constexpr int kMostViewLevels = 20;
@@ -38,9 +38,18 @@ constexpr double kLatticeSteps = 32767;
 /// An error byte q > 0 stands for the largest error times 2^((q - 255) / 2).
 constexpr double kErrorStepsPerOctave = 2;
 
-std::uint64_t content_bytes(std::uint64_t vertices, std::uint64_t faces, int levels,
-                            std::uint64_t far_corners) {
-  return faces + 4 * far_corners + 16 * vertices + static_cast<std::uint64_t>(levels) * faces;
+/// Bytes of the content before the depths and errors, and all of them.
+std::uint64_t mesh_bytes(std::uint64_t vertices, std::uint64_t faces, std::uint64_t far_corners) {
+  return faces + 4 * far_corners + 16 * vertices;
+}
+std::uint64_t content_bytes(std::uint64_t vertices, std::uint64_t faces, std::uint64_t levels,
+                            std::uint64_t far_corners, bool has_depths) {
+  return mesh_bytes(vertices, faces, far_corners) + (levels + (has_depths ? 1 : 0)) * faces;
+}
+
+/// The byte of a face in the view's depths: levels of the positions that the face has.
+std::byte depth_byte(std::uint8_t depth, std::uint64_t levels) {
+  return static_cast<std::byte>(std::min<std::uint64_t>(depth, levels));
 }
 
 std::vector<char> deflate(std::span<const std::byte> bytes) {
@@ -130,7 +139,8 @@ std::vector<std::byte> pack_content(const View& view, const BaseMesh& mesh,
   const std::size_t vertices = mesh.vertex_count(), faces = mesh.face_count();
   std::vector<std::byte> content = corners.classes;
   const std::size_t far = corners.distances.size();
-  content.resize(faces + 4 * far + 16 * vertices + view.errors.size());
+  content.resize(
+      content_bytes(vertices, faces, view.errors.size() / faces, far, !view.depths.empty()));
   std::byte* to = content.data() + faces;
   const Planes<std::uint32_t> of_far(far), planes(vertices);
   for (std::size_t i = 0; i < far; ++i) of_far.put(to, i, corners.distances[i]);
@@ -153,7 +163,10 @@ std::vector<std::byte> pack_content(const View& view, const BaseMesh& mesh,
       }
       before = at;
     }
-  std::byte* const errors = to + 12 * vertices;
+  to += 3 * planes.bytes();
+  for (std::size_t face = 0; face < view.depths.size(); ++face)
+    *to++ = depth_byte(view.depths[face], view.errors.size() / faces);
+  std::byte* const errors = to;
   for (std::size_t i = 0; i < view.errors.size(); ++i)
     errors[i] = error_byte(view.errors[i], largest);
   // The coarser depth of the same face, or at the first depth the face before, is a good guess.
@@ -188,7 +201,8 @@ std::vector<std::byte> encode_view(const View& view, const BaseMesh& mesh,
   put(bytes, 32, view.version);
   put(bytes, 40, std::uint64_t{mesh.vertex_count()});
   put(bytes, 48, std::uint64_t{mesh.face_count()});
-  put(bytes, 56, static_cast<std::uint32_t>(view.base_level));
+  put(bytes, 56, static_cast<std::uint16_t>(view.base_level));
+  put(bytes, 58, static_cast<std::uint16_t>(view.depths.empty() ? 0 : 1));
   put(bytes, 60, static_cast<std::uint32_t>(corners.distances.size()));
   for (std::size_t axis = 0; axis < 3; ++axis) put(bytes, 64 + 8 * axis, lattice.origin[axis]);
   put(bytes, 88, lattice.step);
@@ -206,7 +220,8 @@ std::vector<std::byte> encode_view(const View& view, const BaseMesh& mesh,
 }
 
 void check_view(std::span<const std::byte> bytes, const std::filesystem::path& path,
-                const StoreUuid& store, std::uint64_t vertex_count, std::uint64_t face_count) {
+                const ViewedStore& expected) {
+  const std::uint64_t face_count = expected.face_count;
   const auto require = [&](bool right, const std::string& reason) {
     if (!right)
       throw Error(ErrorCode::kCorruption, fmt::format("read {}: {}", path.native(), reason))
@@ -220,13 +235,13 @@ void check_view(std::span<const std::byte> bytes, const std::filesystem::path& p
       std::memcmp(bytes.data(), kViewMagic, 8) == 0 && load<std::uint32_t>(bytes, 8) == kViewFormat,
       "the header is not that of a view");
   const std::uint64_t found = checksum_of(bytes.first(end)),
-                      expected = load<std::uint64_t>(bytes, end);
-  require(found == expected, fmt::format("checksum {:016x}, expected {:016x}", found, expected));
+                      written = load<std::uint64_t>(bytes, end);
+  require(found == written, fmt::format("checksum {:016x}, expected {:016x}", found, written));
   const auto levels = load<std::uint32_t>(bytes, 12);
   const auto table_bytes = load<std::uint64_t>(bytes, 104),
              packed_bytes = load<std::uint64_t>(bytes, 112);
-  require(std::memcmp(&bytes[16], store.data(), store.size()) == 0 &&
-              load<std::uint64_t>(bytes, 40) == vertex_count &&
+  require(std::memcmp(&bytes[16], expected.uuid.data(), expected.uuid.size()) == 0 &&
+              load<std::uint64_t>(bytes, 40) == expected.vertex_count &&
               load<std::uint64_t>(bytes, 48) == face_count && levels <= kMostViewLevels,
           "it is the view of another store");
   require(table_bytes <= kMostTableBytes && packed_bytes <= end &&
@@ -237,32 +252,41 @@ void check_view(std::span<const std::byte> bytes, const std::filesystem::path& p
   const auto far_corners = load<std::uint32_t>(bytes, 60);
   require(far_corners <= 3 * face_count,
           fmt::format("{} far corners of {} faces", far_corners, face_count));
+  const auto has_depths = load<std::uint16_t>(bytes, 58);
+  require(has_depths == (expected.depths.empty() ? 0 : 1),
+          fmt::format("{} for whether faces have depths of their own, expected {}", has_depths,
+                      expected.depths.empty() ? 0 : 1));
   const std::uint64_t size =
-      content_bytes(vertex_count, face_count, static_cast<int>(levels), far_corners);
+      content_bytes(expected.vertex_count, face_count, levels, far_corners, has_depths != 0);
   require(packed_bytes >= size / 1032, "its content is longer than its bytes can be");
   const std::optional<std::vector<std::byte>> content =
       inflate(bytes.subspan(kViewHeaderBytes + table_bytes, packed_bytes), size);
   require(content.has_value(), fmt::format("its content has not {} bytes", size));
+  const std::byte* const depths =
+      content->data() + mesh_bytes(expected.vertex_count, face_count, far_corners);
+  for (std::size_t face = 0; face < expected.depths.size(); ++face)
+    require(depths[face] == depth_byte(expected.depths[face], levels),
+            fmt::format("depth {} of face {}, expected {}", std::to_integer<int>(depths[face]),
+                        face, std::to_integer<int>(depth_byte(expected.depths[face], levels))));
 }
 
 std::uint64_t view_version(std::span<const std::byte> bytes) {
   return load<std::uint64_t>(bytes, 32);
 }
 
-std::vector<std::byte> read_view_file(const Directory& store, const StoreUuid& uuid,
-                                      std::uint64_t vertex_count, std::uint64_t face_count) {
+std::vector<std::byte> read_view_file(const Directory& store, const ViewedStore& expected) {
   const std::optional<File> file = open_if_present(store, kViewName, OpenMode::kRead);
   if (!file) return {};
-  const std::uint64_t most =
-      kViewHeaderBytes + kMostTableBytes + kViewChecksumBytes +
-      2 * content_bytes(vertex_count, face_count, kMostViewLevels, 3 * face_count);
+  const std::uint64_t most = kViewHeaderBytes + kMostTableBytes + kViewChecksumBytes +
+                             2 * content_bytes(expected.vertex_count, expected.face_count,
+                                               kMostViewLevels, 3 * expected.face_count, true);
   if (file->size() > most)
     throw Error(ErrorCode::kCorruption, fmt::format("read {}: {} bytes, expected at most {}",
                                                     file->path().native(), file->size(), most))
         .about(file->path());
   std::vector<std::byte> bytes(file->size());
   file->read_at(0, bytes);
-  check_view(bytes, file->path(), uuid, vertex_count, face_count);
+  check_view(bytes, file->path(), expected);
   return bytes;
 }
 

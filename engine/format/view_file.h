@@ -29,8 +29,10 @@ struct View {
   int base_level = 0;
   std::vector<ViewAttribute> attributes;
   std::uint32_t position = 0;  ///< in `attributes`
+  /// [face] refinements, as FaceDepths has them; empty if all faces have all levels.
+  std::span<const std::uint8_t> depths;
   /// [depth * faces + face] how far a patch that is drawn with its levels up to base level + depth
-  /// may be from the finest one; depths below the number of levels of the positions.
+  /// may be from what the store has; depths below the number of levels of the positions.
   std::vector<float> errors;
 };
 
@@ -39,16 +41,22 @@ struct View {
 std::vector<std::byte> encode_view(const View& view, const BaseMesh& mesh,
                                    std::span<const Vector3<double>> positions);
 
-/// Throws kCorruption unless `bytes` are a view as docs/format.md describes it, of a store with
-/// these counts; for messages, `path` is its file.
+/// What a view must say of the store.
+struct ViewedStore {
+  StoreUuid uuid{};
+  std::uint64_t vertex_count = 0, face_count = 0;
+  std::span<const std::uint8_t> depths = {};  ///< as View::depths
+};
+
+/// Throws kCorruption unless `bytes` are a view as docs/format.md describes it, of this store; for
+/// messages, `path` is its file.
 void check_view(std::span<const std::byte> bytes, const std::filesystem::path& path,
-                const StoreUuid& store, std::uint64_t vertex_count, std::uint64_t face_count);
+                const ViewedStore& expected);
 
 /// The version of the store whose view it is. REQUIRES: check_view().
 std::uint64_t view_version(std::span<const std::byte> bytes);
 
 /// The file of a store; empty if there is none. Errors: as check_view(); kIo.
-std::vector<std::byte> read_view_file(const Directory& store, const StoreUuid& uuid,
-                                      std::uint64_t vertex_count, std::uint64_t face_count);
+std::vector<std::byte> read_view_file(const Directory& store, const ViewedStore& expected);
 
 PLAIT_END_NAMESPACE

@@ -244,9 +244,12 @@ void look_at_bounds(const Directory& store, const VersionDescription& descriptio
 /// The same for the view; one of an earlier version is fine, because its readers can tell.
 void look_at_view(const Directory& store, const StoredVersion& version, StoreCheck& result) {
   const VersionDescription& description = version.description();
+  const FaceDepths* const depths = result.base.depths();
+  if (description.depths && depths == nullptr) return;  // they are damaged
   const auto reason = reason_of([&] {
-    read_view_file(store, version.manifest().uuid, description.vertex_count,
-                   description.face_count);
+    read_view_file(store,
+                   {version.manifest().uuid, description.vertex_count, description.face_count,
+                    depths ? depths->of_faces() : std::span<const std::uint8_t>()});
   });
   if (reason) result.notes.push_back(fmt::format("the view, which can be made again: {}", *reason));
 }

@@ -21,13 +21,8 @@ LevelCounts drawn_counts(const BaseMesh& mesh, int level) {
   LevelCounts counts{mesh.vertex_count(), 0, 0};
   for (int finer = 1; finer <= std::min(level, depths.deepest()); ++finer)
     counts.vertices += mesh.geometry(BaseRelativeLevel(finer), 1, 1).total_bytes();
-  for (FaceId face = 0; face < mesh.face_count(); ++face) {
-    DrawnDepths drawn{depth(face), {depth(face), depth(face), depth(face)}};
-    for (int side = 0; side < 3; ++side)
-      if (const FaceSide beyond = topology.across(FaceSide(face, side)); beyond.exists())
-        drawn.sides[static_cast<std::size_t>(side)] = std::max(drawn.face, depth(beyond.face()));
-    counts.faces += drawn.triangle_count();
-  }
+  for (FaceId face = 0; face < mesh.face_count(); ++face)
+    counts.faces += drawn_depths(topology, face, depth).triangle_count();
   counts.edges =
       counts.vertices + counts.faces - mesh.vertex_count() - mesh.face_count() + mesh.edge_count();
   return counts;

@@ -129,12 +129,7 @@ class DepthSearch {
 
   /// As a face is drawn with these depths.
   DrawnDepths drawn(FaceId face, const std::vector<std::uint8_t>& depths) const {
-    DrawnDepths result{depths[face], {depths[face], depths[face], depths[face]}};
-    for (int side = 0; side < 3; ++side)
-      if (const FaceSide beyond = mesh_.across(FaceSide(face, side)); beyond.exists())
-        result.sides[static_cast<std::size_t>(side)] =
-            std::max<int>(depths[face], depths[beyond.face()]);
-    return result;
+    return drawn_depths(mesh_, face, [&](FaceId each) { return depths[each]; });
   }
   /// Whether the face is drawn otherwise than when its distance was found. `before`: depths then;
   /// `had_plain_sides`: sides were as coarse as their faces.

@@ -16,6 +16,7 @@ import json
 import os
 import pathlib
 import queue
+import random
 import re
 import shutil
 import signal
@@ -225,9 +226,9 @@ class Test:
         self.plait("generate", "molecule", "closed.ply", "--vertices", "200", "--seed", "1")
         self.plait("subdivide", "closed.ply", "closed.plait", "--levels", "3", "--normals")
         self.published = self.plait("publish", "closed.plait", "closed", "--page")
-        tests = (self.first_picture, self.beside_render, self.no_cracks, self.other_stores, self.ranges_ignored,
-                 self.errors_of_the_server, self.server_dies_and_comes_back, self.server_is_silent, self.forged_view,
-                 self.store_changes, self.little_memory, self.flight)
+        tests = (self.first_picture, self.beside_render, self.no_cracks, self.depths_of_faces, self.depths_beside_render,
+                 self.other_stores, self.ranges_ignored, self.errors_of_the_server, self.server_dies_and_comes_back,
+                 self.server_is_silent, self.forged_view, self.forged_depths, self.store_changes, self.little_memory, self.flight)
         self.start_browser()
         try:
             for test in [self.flight] if LONG_FLIGHT else tests:
@@ -285,8 +286,21 @@ class Test:
         print(f"viewer_test: {answer['figures']!r}")
 
     def no_cracks(self):
-        answer = self.shown("closed", """
-            const view = plait.view, F = view.F, c = plait.camera;
+        self.look_for_cracks("closed", 500)
+
+    def look_for_cracks(self, store, views):
+        """From places inside, with random depths of the view, of which no face takes more than it has."""
+        answer = self.shown(store, """
+            const view = plait.view, F = view.F, c = plait.camera, gl = plait.gl, views = %d;
+            // The faces as the card has them, and the same that believe that there is nothing beyond their sides.
+            const rows = Math.ceil(3 * F / 1536), faces = new Uint32Array(4 * 1536 * rows), buffer = gl.createFramebuffer();
+            gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
+            gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, plait.gpu.faces, 0);
+            gl.readPixels(0, 0, 1536, rows, gl.RGBA_INTEGER, gl.UNSIGNED_INT, faces);
+            gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+            const blind = faces.map((word, i) => i < 12 * F && i % 4 === 3 ? Math.floor(i / 12) : word);
+            const putFaces = words => { gl.bindTexture(gl.TEXTURE_2D, plait.gpu.faces);
+              gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 1536, rows, gl.RGBA_INTEGER, gl.UNSIGNED_INT, words); };
             plait.forced = new Uint8Array(F).fill(view.levels);
             plait.fitView();
             await settled();
@@ -295,7 +309,7 @@ class Test:
             const magenta = () => { let found = 0; const all = new Uint32Array(pixels().buffer);
               for (let i = 0; i < all.length; ++i) if (all[i] === 0xffff00ff) ++found; return found; };
             answer.found = []; answer.magenta = 0; answer.views = 0; answer.cracks = 0;
-            for (let v = 0; v < 500; ++v) {
+            for (let v = 0; v < views; ++v) {
               for (let f = 0; f < F; ++f) plait.forced[f] = Math.floor(random() * (view.levels + 1));
               // Inside: just behind a face, looking anywhere.
               const f = Math.floor(random() * F);
@@ -320,14 +334,96 @@ class Test:
               if (seen && !answer.picture) answer.picture = plait.canvas.toDataURL();
               // Faces that do not know of their neighbours must crack, or the test sees nothing.
               if (v >= 10) continue;
-              plait.gpu.grids.forEach((grid, depth) => { for (let k = 0; k < grid.count; ++k) grid.words[2 * k + 1] = 16 * depth * 0x1010101; });
+              putFaces(blind);
               plait.draw(drawn);
               answer.cracks += magenta();
+              putFaces(faces);
             }
-            """, size=(200, 150))
-        assert answer["views"] == 500 and answer["cracks"] > 0, answer["cracks"]
-        print(f"viewer_test: {answer['magenta']} magenta pixels in {answer['views']} views; {answer['cracks']} where faces do not know their neighbours")
+            """.replace("%d", str(views)), size=(200, 150))
+        assert answer["views"] == views and answer["cracks"] > 0, answer["cracks"]
+        print(f"viewer_test: {store}: {answer['magenta']} magenta pixels in {answer['views']} views; {answer['cracks']} where faces do not know their neighbours")
         assert answer["magenta"] == 0, answer["found"]
+
+    def depths_of_faces(self):
+        """A closed surface whose faces have depths of their own, of 0 to 3, next to each other in any way: a box whose sides have
+        humps here and there."""
+        generator, n = random.Random(1), 6
+        numbers, places, faces = {}, [], []
+
+        def vertex(place):
+            if place not in numbers:
+                numbers[place] = len(places)
+                inner = [axis for axis in range(3) if place[axis] in (0, n)]
+                hump = 10 ** -generator.uniform(0.5, 4) if len(inner) == 1 and generator.random() < 0.2 else 0
+                places.append([x + (hump if axis in inner else 0) * (1 if x else -1) for axis, x in enumerate(place)])
+            return numbers[place]
+
+        for axis in range(3):
+            for end in (0, n):
+                for i in range(n):
+                    for j in range(n):
+                        around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+                        a, b, c, d = (vertex(tuple([u, v][(k - axis) % 3 - 1] if k != axis else end for k in range(3)))
+                                      for u, v in (around if end else around[::-1]))
+                        faces += [(a, b, c), (a, c, d)]
+        (self.work / "box.ply").write_text(
+            f"ply\nformat ascii 1.0\nelement vertex {len(places)}\nproperty float x\nproperty float y\nproperty float z\n"
+            f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+            + "".join("{} {} {}\n".format(*place) for place in places) + "".join("3 {} {} {}\n".format(*face) for face in faces))
+        self.plait("subdivide", "box.ply", "box.plait", "--levels", "3", "--normals")
+        self.plait("prune", "box.plait", "pruned.plait", "--max-distance", "0.0003", "--balance", "0")
+        self.plait("publish", "pruned.plait", "pruned", "--page")
+        self.look_for_cracks("pruned", 200)
+        answer = self.shown("pruned", """
+            plait.pixelError = 1e-6;
+            await settled();
+            const { view } = plait, found = view.records.map(() => new Set());
+            answer.steps = [0, 0, 0, 0]; answer.deepest = [0, 0, 0, 0];
+            answer.beyond = 0; answer.triangles = plait.triangles; answer.all = view.triangles;
+            for (let f = 0; f < view.F; ++f) {
+              ++answer.deepest[view.own[f]];
+              if (plait.view.depthNow[f] > 16 * view.own[f]) ++answer.beyond;
+              for (let side = 0; side < 3; ++side) ++answer.steps[Math.abs(view.own[f] - view.own[view.beyond[3 * f + side]])];
+              for (let n = 1 << view.own[f], j = 0; j <= n; ++j) for (let i = 0; i <= n - j; ++i) {
+                const { depth, record } = plait.addressOf(view, f, view.own[f], i, j);
+                found[depth].add(record);
+              }
+            }
+            // Each record of the store is a vertex, and each vertex has one record.
+            answer.records = view.records;
+            answer.found = found.map(each => each.size);
+            answer.highest = found.map(each => [...each].reduce((a, b) => Math.max(a, b)) + 1);
+            document.getElementById("colour").value = "#depths";
+            await plait.chooseColour("#depths");
+            await settled();
+            answer.legend = document.getElementById("legend").textContent.trim();
+            answer.picture = plait.canvas.toDataURL();
+            const all = pixels(), colours = new Set();
+            for (let i = 0; i < all.length; i += 4) colours.add(all[i] << 16 | all[i + 1] << 8 | all[i + 2]);
+            answer.colours = colours.size;
+            """)
+        assert all(answer["steps"][:4]) and all(answer["deepest"]), (answer["steps"], answer["deepest"])
+        assert answer["beyond"] == 0 and answer["triangles"] == answer["all"], answer
+        assert answer["records"] == answer["found"] == answer["highest"], answer
+        assert answer["legend"] == "03", answer["legend"]
+        sizes = {f"attribute{a}.level{level:02}.1": -(-answer["records"][level] * 12 // 4096) * 4096 for a in (0, 1) for level in (1, 2, 3)}
+        for name, size in sizes.items():
+            assert (self.work / "pruned" / name).stat().st_size == size, (name, size)
+        assert all(first + count <= sizes.get(file, 1 << 30) for file, first, count in self.site.log if file != "index.html")
+        self.picture("pruned")
+
+    def depths_beside_render(self):
+        """A convex shape, because plait render darkens hollows: an egg that is more curved at its ends."""
+        head, _, body = (self.work / "ball.ply").read_bytes().partition(b"end_header\n")
+        count = int(re.search(rb"element vertex (\d+)", head)[1])
+        long = b"".join(struct.pack("<3f", 2 * x, y, z) for x, y, z in struct.iter_unpack("<3f", body[:12 * count]))
+        (self.work / "egg.ply").write_bytes(head + b"end_header\n" + long + body[12 * count:])
+        self.plait("subdivide", "egg.ply", "egg.plait", "--levels", "3", "--normals")
+        self.plait("prune", "egg.plait", "pruned-egg.plait", "--max-distance", "0.005%")
+        self.plait("publish", "pruned-egg.plait", "pruned-egg", "--page")
+        self.plait("render", "pruned-egg.plait", "pruned-egg/render.png", "--size", "360x280")
+        depths = self.difference_from_render("pruned-egg")["depths"]
+        assert len(set(depths)) > 1, set(depths)
 
     def difference_from_render(self, store, query=""):
         answer = self.shown(store, """
@@ -341,10 +437,12 @@ class Test:
             let sum = 0;
             for (let i = 0; i < a.length; ++i) sum += Math.abs(a[i] - b[i]);
             answer.difference = sum / (a.length / 4 * 3);
+            answer.depths = [...plait.view.own];
             answer.picture = plait.canvas.toDataURL();
             """, query, size=(360, 280))
         print(f"viewer_test: {store}: mean difference from plait render {answer['difference']:.2f} of 255")
         assert answer["difference"] <= 2, answer["difference"]
+        return answer
 
     def beside_render(self):
         """The same camera, size and lights as plait render."""
@@ -478,6 +576,33 @@ class Test:
             assert {x[0] for x in self.site.log} <= {"view"}, (case, self.site.log)
         answer = self.look("closed", "", replaced={"view": None})
         assert "plait publish makes this file" in answer["failed"], answer
+
+    def forged_depths(self):
+        """Depths that no face can have, or that other levels have: words."""
+        view = (self.work / "pruned/view").read_bytes()
+        table, packed = struct.unpack_from("<QQ", view, 104)
+        content = zlib.decompress(view[120 + table:120 + table + packed])
+        levels, = struct.unpack_from("<I", view, 12)
+        faces, = struct.unpack_from("<Q", view, 48)
+        begin = len(content) - (levels + 1) * faces
+
+        def with_depths(depths, has=1):
+            z = zlib.compress(content[:begin] + depths + content[begin + faces:])
+            return view[:58] + struct.pack("<H", has) + view[60:112] + struct.pack("<Q", len(z)) + view[120:120 + table] + z + view[-8:]
+
+        right = content[begin:begin + faces]
+        assert with_depths(right)[:60] == view[:60] and set(right) == {0, 1, 2, 3}
+        cases = {"beyond the levels": with_depths(b"\4" + right[1:]), "beyond 20": with_depths(right[:-1] + b"\25"),
+                 "255": with_depths(b"\xff" * faces), "cut": with_depths(right[:-1]), "left out": with_depths(b""),
+                 "not said": with_depths(right, has=0), "flag": with_depths(right, has=2)}
+        for case, forged in cases.items():
+            answer = self.look("pruned", "if (!plait.failed) await settled();", replaced={"view": forged})
+            assert answer["errors"] == [] and "is not a view of a store" in answer["failed"], (case, answer)
+            assert {x[0] for x in self.site.log} <= {"view"}, (case, self.site.log)
+        for case, depths in (("deeper", b"\3" * faces), ("less deep", bytes(min(depth, 2) for depth in right[:-1]) + b"\3")):
+            answer = self.look("pruned", "plait.pixelError = 1e-6; plait.redraw(); await until(() => plait.failed);",
+                               replaced={"view": with_depths(depths)})
+            assert "was changed" in answer["failed"] and answer["errors"] == [], (case, answer)
 
     def store_changes(self):
         """What is under the page goes, gets shorter, is of another version, or is no numbers."""

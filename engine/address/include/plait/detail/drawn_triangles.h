@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "plait/detail/namespace.h"
+#include "plait/extend/topology.h"
 #include "plait/extend/vertex_numbering.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -27,6 +28,19 @@ struct DrawnDepths {
     return count;
   }
 };
+
+/// Those of a face if depth(face) tells how deep each one is drawn.
+template <class Depth>
+DrawnDepths drawn_depths(const Topology& mesh, FaceId face, Depth depth) {
+  DrawnDepths drawn;
+  drawn.face = depth(face);
+  for (int side = 0; side < 3; ++side) {
+    const FaceSide beyond = mesh.across(FaceSide(face, side));
+    drawn.sides[static_cast<std::size_t>(side)] =
+        beyond.exists() ? std::max<int>(drawn.face, depth(beyond.face())) : drawn.face;
+  }
+  return drawn;
+}
 
 /// Calls visit(a, b, c) for the triangles of the triangle abc, counterclockwise as abc. `halvings`:
 /// how often the sides ab, bc and ca are halved. Of several such sides the one with the most points
