@@ -372,11 +372,14 @@ class Test:
             + "".join("{} {} {}\n".format(*place) for place in places) + "".join("3 {} {} {}\n".format(*face) for face in faces))
         self.plait("subdivide", "box.ply", "box.plait", "--levels", "3", "--normals")
         self.plait("prune", "box.plait", "pruned.plait", "--max-distance", "0.0003", "--balance", "0")
-        self.plait("publish", "pruned.plait", "pruned", "--page")
+        for store in ("box", "pruned"):
+            self.plait("publish", f"{store}.plait", store, "--page")
         self.look_for_cracks("pruned", 200)
         answer = self.shown("pruned", """
             plait.pixelError = 1e-6;
             await settled();
+            answer.own = [...plait.view.own];
+            answer.alone = plait.canvas.toDataURL();
             const { view } = plait, found = view.records.map(() => new Set());
             answer.steps = [0, 0, 0, 0]; answer.deepest = [0, 0, 0, 0];
             answer.beyond = 0; answer.triangles = plait.triangles; answer.all = view.triangles;
@@ -410,6 +413,13 @@ class Test:
         for name, size in sizes.items():
             assert (self.work / "pruned" / name).stat().st_size == size, (name, size)
         assert all(first + count <= sizes.get(file, 1 << 30) for file, first, count in self.site.log if file != "index.html")
+        # The store of all levels, no face of which is drawn deeper than here, gives the same pixels.
+        whole = self.shown("box", f"""
+            plait.forced = Uint8Array.from({answer["own"]});
+            await settled();
+            answer.whole = plait.canvas.toDataURL();
+            """)
+        assert whole["whole"] == answer["alone"], "the same vertices look otherwise in the store with depths"
         self.picture("pruned")
 
     def depths_beside_render(self):
