@@ -20,7 +20,6 @@
 #include "interrupt.h"
 #include "json_text.h"
 #include "measure.h"
-#include "plait/extend/store_access.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/subdivision_job.h"
@@ -160,7 +159,6 @@ int run_tune(const TuneArguments& arguments, const CommandContext& context) {
   else
     refined = refine(arguments, context);
   Store& store = is_store ? *opened : refined->store;
-  StoreAccess::refuse_depths(store, "tune", store.finest_level());
   tune::TuneFindings findings = measure(arguments, context, store);
   findings.input = arguments.input.string();
   if (is_store) {

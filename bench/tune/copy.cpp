@@ -84,7 +84,7 @@ void read_levels(const fs::path& path, std::uint64_t budget_bytes, const Backend
     pass.accesses = {{id, store.base_level() + 1, store.attributes()[id].finest_level,
                       Access::kRead, Reach::kOwn}};
     pass.kernel = [](const SweepView&, EdgeId, int) {};
-    sweep(store, pass, {.threads = 1});
+    sweep(store, pass, {.threads = 1, .takes_depths = true});
     run.parts[at++].*seconds += clock.seconds();
   }
 }

@@ -117,6 +117,7 @@ LevelSurroundings Store::Implementation::surroundings() const {
   if (backend.traits.compressed) {
     result.mesh = base.topology();
     result.positions = base.positions();
+    result.depths = base.depths();
   }
   for (std::size_t i = 0; i < attributes.size(); ++i) {
     AttributeLevels& levels = result.attributes.emplace_back();

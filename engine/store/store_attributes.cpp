@@ -78,7 +78,7 @@ AttributeId add(Store::Implementation& state, AttributeSchema schema, bool is_re
   throw out_of_memory("add an attribute to " + state.name());
 }
 
-/// A level of a store with depths has a slot, and blocks that are encoded from no others.
+/// A level of a store with depths has a slot, and no blocks that are made.
 void check_depths_have(const Store::Implementation& state, int level, const AttributeSchema& schema,
                        const Pipeline& pipeline) {
   const FaceDepths* const depths = state.base.depths();
@@ -96,12 +96,11 @@ void check_depths_have(const Store::Implementation& state, int level, const Attr
 void check_pipeline_of_depths(const Store::Implementation& state, const AttributeSchema& schema,
                               const Pipeline& pipeline) {
   if (state.base.depths() == nullptr) return;
-  const bool makes = pipeline.recipe && !pipeline.recipe->empty();
-  if (!makes && !state.backend.needs_other_blocks(pipeline, schema)) return;
+  if (!pipeline.recipe || pipeline.recipe->empty()) return;
   throw Error(ErrorCode::kNotSupported,
-              fmt::format("compress '{}' of {} by \"{}\": it makes blocks from other levels or "
-                          "attributes, and faces have depths of their own: take a pipeline of "
-                          "single blocks, as --compress fast",
+              fmt::format("compress '{}' of {} by \"{}\": it makes all blocks of all faces, and "
+                          "faces have depths of their own: take a pipeline that stores them, as "
+                          "--compress default",
                           schema.name, state.name(), pipeline.to_text()));
 }
 
@@ -191,6 +190,10 @@ void StoreAccess::plan_levels(Store& store, AttributeId attribute, int finest_le
   Store::Implementation& state = store.state();
   begin_change(state, Change::kAdd, "plan levels of");
   Store::Implementation::Attribute& data = attribute_of(state, attribute);
+  if (state.base.depths() != nullptr)  // a recipe is that of the store that was copied
+    data.record.pipeline.for_each([](Pipeline& pipeline) {
+      if (pipeline.recipe) pipeline = pipeline.with_recipe({});
+    });
   data.unplanned = data.record.pipeline;
   PlannedLevels levels{state.final_schema(attribute), state.provenance, finest_level,
                        others_are_complete};

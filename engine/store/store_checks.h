@@ -36,8 +36,8 @@ enum class Change : std::uint8_t {
 /// one of its callbacks. kBusy while the store has readers or views.
 void check_undisturbed(const Store::Implementation& state, Change change, std::string_view verb);
 
-/// Errors: kNotSupported for a pipeline that makes blocks from other blocks, if the store has
-/// depths.
+/// Errors: kNotSupported for a pipeline that stores no blocks because they are made, if the store
+/// has depths.
 void check_pipeline_of_depths(const Store::Implementation& state, const AttributeSchema& schema,
                               const Pipeline& pipeline);
 

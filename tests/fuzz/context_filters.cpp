@@ -84,7 +84,8 @@ void fill_honest(std::span<std::byte> to) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   InputBytes input(data, size);
   const std::size_t chosen = take_choice(input, kFilters);
-  const std::size_t mesh = input.take_below(kSmallMeshes), type = input.take_below(kTypes.size());
+  const std::size_t mesh = input.take_below(kSmallMeshes + 1),
+                    type = input.take_below(kTypes.size());
   const int level = static_cast<int>(1 + input.take_below(SmallLevels::kFinest));
   Shared& all = shared(chosen, mesh, type);
   if (all.filters.empty()) return 0;

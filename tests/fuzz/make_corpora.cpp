@@ -405,6 +405,7 @@ void seed_context_filters() {
     seed_of("", 0, 0, 3, smooth);
     seed_of("_float64_border", 2, 1, 2, smooth);
     seed_of("_extreme", 1, 0, 2, extreme);
+    seed_of("_depths", 3, 0, 3, smooth);
     if (filter < 4) seed_of("_other_records", 2, filter % 3 + 2, 0, smooth);
   }
 }

@@ -23,6 +23,8 @@ namespace plait::fuzz {
 
 /// Closed and with border; with regular vertices and others.
 inline constexpr std::size_t kSmallMeshes = 3;
+/// After these: faces that have 0 to 4 levels.
+inline constexpr std::size_t kMeshWithDepths = 3;
 inline const BaseMesh& small_mesh(std::size_t number) {
   static const auto octahedron = [] {
     return BaseMesh::build(
@@ -47,6 +49,14 @@ inline const BaseMesh& small_mesh(std::size_t number) {
       }
     return BaseMesh::build(std::move(mesh));
   }();
+  static const auto deep = [] {
+    std::vector<std::uint8_t> depths(sheet.face_count());
+    for (std::size_t face = 0; face < depths.size(); ++face)
+      depths[face] = static_cast<std::uint8_t>(face * face % 11 % 5);
+    depths.front() = 4;
+    return sheet.with_depths(std::move(depths));
+  }();
+  if (number == kMeshWithDepths) return deep;
   return number == 0 ? octahedron : number == 1 ? tetrahedron : sheet;
 }
 
@@ -73,6 +83,7 @@ class SmallLevels {
       surroundings_.attributes.push_back(std::move(known));
     }
     surroundings_.mesh = mesh.topology();
+    surroundings_.depths = mesh.depths();
     surroundings_.positions = mesh.positions();
   }
   SmallLevels(const SmallLevels&) = delete;

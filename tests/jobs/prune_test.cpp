@@ -25,6 +25,7 @@
 #include "plait/error.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/pass.h"
+#include "plait/extend/store_access.h"
 #include "plait/notes.h"
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
@@ -504,12 +505,102 @@ TEST_CASE("PrunedStore_InAnotherBackend_HasTheSameDigest") {
     CHECK(convert(request, default_backends(), default_backends()).digest ==
           digest(open(to)).to_string());
   }
+}
+
+namespace {
+
+ConversionResult compressed(const std::filesystem::path& from, const std::filesystem::path& to,
+                            const std::string& preset) {
   ConversionRequest request;
-  request.from = to;
-  request.to = directory.path() / "small";
-  request.compression.add("small");
-  CHECK(error_of([&] { convert(request, default_backends(), default_backends()); }).code() ==
-        ErrorCode::kNotSupported);
+  request.from = from;
+  request.to = to;
+  request.backend = "compressed";
+  request.compression.add(preset);
+  request.block_bytes = 4096;
+  request.verify = true;
+  return convert(request, default_backends(), default_backends());
+}
+
+bool predicts(const Store& store, const std::string& attribute, const std::string& filter) {
+  const Pipeline& pipeline =
+      StoreAccess::level_file(store, store.attribute(attribute), store.finest_level()).pipeline;
+  return !pipeline.filters.empty() && pipeline.filters.front().name == filter;
+}
+
+}  // namespace
+
+TEST_CASE("PrunedStore_CompressedByFiltersThatPredict_HasTheSameBits") {
+  std::mt19937 random(77);
+  for (const NamedMesh& named : all_meshes())
+    for (const auto& [preset, balance] : {std::pair{"default", 0}, {"small", 1}}) {
+      const std::uint64_t faces = BaseMesh::build(named.mesh).face_count();
+      if (faces > 200) continue;
+      CAPTURE(named.name, preset);
+      const TemporaryDirectory directory{Medium::kMemory};
+      const auto from = whole_store(directory.path() / "whole", named.mesh,
+                                    random_depths(faces, random, kLevels));
+      const auto plain = directory.path() / "pruned", packed = directory.path() / "packed";
+      pruned(from, plain, balance);
+      const std::string expected = digest(open(plain)).to_string();
+      CHECK(compressed(plain, packed, preset).digest == expected);
+      {
+        const Store store = open(packed);
+        CHECK(verify(store).damaged.empty());
+        CHECK(compare_pruned(store, open(from)).difference.value_or("") == "");
+        if (store.finest_level() > 0) {
+          CHECK(predicts(store, "position", "hierarchy"));
+          CHECK(predicts(store, "normal", "normals"));
+        }
+      }
+      // A compressed source, whose blocks are made: the copy stores them.
+      compressed(from, directory.path() / "packed whole", preset);
+      pruned(directory.path() / "packed whole", directory.path() / "packed pruned", balance);
+      CHECK(digest(open(directory.path() / "packed pruned")).to_string() == expected);
+      CHECK(open(directory.path() / "packed pruned").options().backend == "compressed");
+      // And back.
+      ConversionRequest back;
+      back.from = packed;
+      back.to = directory.path() / "back";
+      back.backend = "pread";
+      convert(back, default_backends(), default_backends());
+      CHECK(digest(open(back.to)).to_string() == expected);
+    }
+}
+
+TEST_CASE("PrunedStore_WithDamagedCompressedBlocks_NamesThem") {
+  std::mt19937 random(78);
+  const TemporaryDirectory directory;
+  const IndexedMesh mesh = random_sphere(9, 40);
+  const auto from = whole_store(directory.path() / "whole", mesh,
+                                random_depths(BaseMesh::build(mesh).face_count(), random, kLevels));
+  pruned(from, directory.path() / "pruned", 0);
+  const auto packed = directory.path() / "packed";
+  compressed(directory.path() / "pruned", packed, "small");
+  std::size_t files = 0;
+  for (const auto& each : std::filesystem::directory_iterator(packed)) {
+    if (each.path().filename().native().find(".level") == std::string::npos) continue;
+    ++files;
+    const auto size = std::filesystem::file_size(each.path());
+    std::fstream file(each.path(), std::ios::binary | std::ios::in | std::ios::out);
+    const auto turn = [&](std::uint64_t at) {
+      file.seekg(static_cast<std::streamoff>(at));
+      const auto byte = static_cast<char>(file.get() ^ 0x10);
+      file.seekp(static_cast<std::streamoff>(at));
+      file.put(byte).flush();
+    };
+    for (const std::uint64_t at : {std::uint64_t{0}, std::uint64_t{random() % size}}) {
+      CAPTURE(each.path().native(), at);
+      turn(at);
+      const VerifyReport found = verify(open(packed));
+      CHECK_FALSE(found.damaged.empty());
+      const Error error = error_of([&] { digest(open(packed)); });
+      CHECK(error.code() == ErrorCode::kCorruption);
+      CHECK(std::string(error.what()).find("block ") != std::string::npos);
+      turn(at);
+    }
+  }
+  CHECK(files == 2 * kLevels);
+  CHECK(verify(open(packed)).damaged.empty());
 }
 
 TEST_CASE("PrunedStore_WithAForgedFileOfDepths_IsRefused") {

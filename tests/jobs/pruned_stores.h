@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -14,24 +13,12 @@
 #include "plait/registry.h"
 #include "plait/subdivide.h"
 #include "prune/prune.h"
+#include "support/random_depths.h"
 
 namespace plait::test {
 
 constexpr int kLevels = 3;
 using Position = Vector3<float>;
-
-inline std::vector<std::uint8_t> random_depths(std::uint64_t faces, std::mt19937& random,
-                                               int most) {
-  std::vector<std::uint8_t> depths(faces);
-  const auto change_percent = random() % 100;
-  std::uint8_t depth = 0;
-  for (std::uint8_t& of_face : depths) {
-    if (random() % 100 < change_percent)
-      depth = static_cast<std::uint8_t>(random() % (static_cast<unsigned>(most) + 1));
-    of_face = depth;
-  }
-  return depths;
-}
 
 /// A store of all levels, with normals, whose face attribute "depth" has these numbers.
 inline std::filesystem::path whole_store(const std::filesystem::path& path, const IndexedMesh& mesh,

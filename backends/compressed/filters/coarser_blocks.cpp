@@ -94,9 +94,13 @@ class Heaviest {
 
 }  // namespace
 
-CoarserBlocks::CoarserBlocks(const Topology& mesh, std::vector<const LevelGeometry*> levels,
-                             const LevelGeometry& own)
-    : mesh_(mesh), levels_(std::move(levels)), own_(&own), kept_(own.block_count()) {
+CoarserBlocks::CoarserBlocks(const Topology& mesh, const FaceDepths* depths,
+                             std::vector<const LevelGeometry*> levels, const LevelGeometry& own)
+    : mesh_(mesh),
+      depths_(depths),
+      levels_(std::move(levels)),
+      own_(&own),
+      kept_(own.block_count()) {
   if (levels_.size() > kMostCoarserBlocks)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("predict a level from coarser ones: expected at most {} of them, "
@@ -123,7 +127,9 @@ CoarserChoice CoarserBlocks::choose(std::uint64_t block) const noexcept {
 CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
   CoarserChoice choice;
   const std::size_t count = levels_.size();
-  const EdgeId first = own_->first_edge(block), end = own_->edge_after(block);
+  const EdgeId end = own_->edge_after(block);
+  EdgeId first = own_->first_edge(block);
+  while (first + 1 < end && !own_->has_slot(first)) ++first;
   choice.own_edge = first;
   if (count == 0) return choice;
   std::array<Needs, kMostCoarserBlocks> needs;
@@ -137,10 +143,12 @@ CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
   const auto add = [&](FaceId face, std::uint32_t weight) {
     for (const EdgeId edge : mesh_.face_edges[face]) {
       if (edge >= begin_of_own && edge < end_of_own) continue;
-      for (std::size_t i = 0; i < count; ++i) needs[i].add(levels_[i]->block_of(edge), weight);
+      for (std::size_t i = 0; i < count; ++i)
+        if (levels_[i]->has_slot(edge)) needs[i].add(levels_[i]->block_of(edge), weight);
     }
   };
-  for (EdgeId edge = first; edge < end; ++edge)
+  for (EdgeId edge = first; edge < end; ++edge) {
+    if (!own_->has_slot(edge)) continue;
     for (const FaceSide side : {mesh_.edges[edge].own, mesh_.edges[edge].other}) {
       if (!side.exists()) continue;
       add(side.face(), kWeightOfOwnFaces);
@@ -149,6 +157,7 @@ CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
         if (next.exists()) add(next.face(), 1);
       }
     }
+  }
   Heaviest heaviest(kMostCoarserBlocks - count);
   for (std::size_t i = 0; i < count; ++i) {
     const int refinement = static_cast<int>(i) + 1;

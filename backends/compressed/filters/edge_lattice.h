@@ -6,9 +6,9 @@
 // 1, column). slot_predictions.h predicts it from these and the points around. Irregular vertices
 // get no rule of their own: a prediction need not be smooth.
 //
-// A point that is not known is replaced: a vertex in the slot of an edge that is in no chosen block
-// by the midpoint of its coarser neighbours; a wing beyond a border, or in such a slot, by the
-// continuation of the triangle inside.
+// A point that is not known is replaced: a vertex of a level that its face does not have, or in the
+// slot of an edge that is in no chosen block, by the midpoint of its coarser neighbours; a wing
+// beyond a border, or in such a slot, by the continuation of the triangle inside.
 // Pinned by tests/backends/compressed/filters/hierarchy_filter_test.cpp.
 #pragma once
 
@@ -44,9 +44,10 @@ class EdgeLattice {
   /// bytes. `base` are the records of the base vertices. Without `has_wings` the row around the
   /// points is not filled.
   EdgeLattice(const CoarserBlocks& levels, const CoarserSlots& slots, const LatticePlaces& places,
-              std::span<const std::byte> base, std::span<std::byte> memory, const EdgeRange& edges,
-              bool has_wings)
+              std::span<const std::byte> base, std::span<std::byte> memory,
+              const EdgesOfBlock& edges, bool has_wings)
       : mesh_(levels.mesh()),
+        depths_(levels.depths()),
         slots_(slots),
         places_(places),
         base_(reinterpret_cast<const Record*>(base.data())),
@@ -55,7 +56,7 @@ class EdgeLattice {
         size_(grid_.size),
         points_(reinterpret_cast<Record*>(memory.data())),
         has_wings_(has_wings),
-        edges_(mesh_, edges, base.data(), sizeof(Record),
+        edges_(mesh_, depths_, edges, base.data(), sizeof(Record),
                !has_wings         ? SurroundingEdgesAhead::Beyond::kNothing
                : refinement_ == 1 ? SurroundingEdgesAhead::Beyond::kCorner
                                   : SurroundingEdgesAhead::Beyond::kStrips) {
@@ -103,6 +104,14 @@ class EdgeLattice {
   static std::int64_t slot_bytes(int refinement) {
     return static_cast<std::int64_t>(sizeof(Record)) << (2 * (refinement - 1));
   }
+  bool has(FaceSide side, int refinement) const {
+    return depths_ == nullptr || depths_->of(side.face()) >= refinement;
+  }
+  /// The slot of an edge of a face; null too if the face does not have the level. Then a half slot
+  /// is that of the next face.
+  FoundSlot slot_of(FaceSide side, int refinement, EdgeId edge) const {
+    return has(side, refinement) ? slots_.slot(refinement, edge) : FoundSlot{};
+  }
   /// Finds the slots of an edge that comes soon, and has the processor fetch what gather() will
   /// read: their lines are read in too many orders for the processor to foresee.
   void find_slots(std::size_t at) {
@@ -115,7 +124,7 @@ class EdgeLattice {
       slots[0] = slots_.slot(refinement, around.edge);
       fetch(slots[0], bytes);
       for (std::size_t i = 0; i < around.sides().size(); ++i) {
-        slots[1 + i] = slots_.slot(refinement, around.all_sides[i].edge);
+        slots[1 + i] = slot_of(around.faces[i / 2], refinement, around.all_sides[i].edge);
         fetch(slots[1 + i], bytes);
       }
     }
@@ -124,7 +133,7 @@ class EdgeLattice {
       const Side& side = around.all_sides[i];
       if (!side.beyond.exists()) continue;
       for (std::size_t strip = 0; strip < 2; ++strip) {
-        found.strips[i][strip] = slots_.slot(refinement_ - 1, side.strips[strip].edge);
+        found.strips[i][strip] = slot_of(side.beyond, refinement_ - 1, side.strips[strip].edge);
         fetch(found.strips[i][strip], slot_bytes(refinement_ - 1));
       }
     }
@@ -137,11 +146,19 @@ class EdgeLattice {
             mesh_, grid_, side, side != around.faces[0],
             [&](std::int64_t point, VertexId vertex) { at(0, 0)[point] = base_[vertex]; });
     // A vertex that is not known is replaced by coarser ones, so those come first. The edge itself
-    // has its whole slot between the two faces.
+    // has its whole slot between the two faces, or a half slot in the first one.
     const GridSide own{false, 0, SlotView::kWhole};
+    const bool is_turned = around.faces[0] != mesh_.edges[around.edge].own;
     for (int refinement = 1; refinement < refinement_; ++refinement) {
       const auto& slots = found.of_level[static_cast<std::size_t>(refinement - 1)];
-      gather_slot(slots[0], own, refinement);
+      if (!around.is_border && !has(around.faces[1], refinement)) [[unlikely]]
+        gather_slot({nullptr, SlotShape::kHalf}, {true, 0, SlotView::kHalf}, refinement);
+      if (is_turned && slots[0].shape == SlotShape::kWhole) [[unlikely]] {
+        gather_slot(slots[0], {false, 0, SlotView::kOther}, refinement);
+        gather_slot(slots[0], {true, 0, SlotView::kOwn}, refinement);
+      } else {
+        gather_slot(slots[0], own, refinement);
+      }
       for (std::size_t i = 0; i < around.sides().size(); ++i)
         gather_slot(slots[1 + i], around.all_sides[i].place, refinement);
     }
@@ -239,6 +256,7 @@ class EdgeLattice {
   }
 
   Topology mesh_;
+  const FaceDepths* depths_;  ///< null: all faces have all levels
   const CoarserSlots& slots_;
   const LatticePlaces& places_;
   const Record* base_;

@@ -13,6 +13,9 @@ LatticePlaces::LatticePlaces(int refinement, std::size_t record_bytes)
     for (int coarser = 1; coarser <= listed_; ++coarser) {
       for (const SlotView view : {SlotView::kHalf, SlotView::kWhole})
         visit(GridSide{false, 0, view}, coarser);
+      // Of an edge whose grid begins with its other face.
+      visit(GridSide{false, 0, SlotView::kOther}, coarser);
+      visit(GridSide{true, 0, SlotView::kOwn}, coarser);
       for (const bool turned : {false, true})
         for (const int turn : {1, 2})
           for (const SlotView view : {SlotView::kOwn, SlotView::kOther, SlotView::kHalf})

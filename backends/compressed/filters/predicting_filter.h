@@ -43,8 +43,8 @@ class PredictingFilter : public Filter {
     base_level_ = level.surroundings->base_level;
     base_ = source.base;
     const std::span levels = std::span(source.levels).first(count);
-    blocks_.emplace(level.surroundings->mesh, std::vector(levels.begin(), levels.end()),
-                    *level.geometry);
+    blocks_.emplace(level.surroundings->mesh, level.surroundings->depths,
+                    std::vector(levels.begin(), levels.end()), *level.geometry);
     places_.emplace(static_cast<int>(count) + 1, kComponents * sizeof(Number));
   }
 
@@ -56,7 +56,7 @@ class PredictingFilter : public Filter {
   const LevelGeometry& own() const noexcept { return blocks_->own(); }
 
   /// Calls visit(lattice, slot, where the slot begins in the block) for every `step`-th slot of the
-  /// block. Errors: kNotSupported if the surroundings are not known.
+  /// block that is not absent. Errors: kNotSupported if the surroundings are not known.
   template <class Visit>
   void visit_lattices(const FilterBlock& block, EdgeId step, bool has_wings, Visit visit) const {
     if (!blocks_)
@@ -65,7 +65,7 @@ class PredictingFilter : public Filter {
     const DefaultArithmetic arithmetic;
     const CoarserChoice choice = blocks_->choose(block.block);
     const CoarserSlots slots(*blocks_, choice, block.context);
-    const EdgeRange edges{own().first_edge(block.block), own().edge_after(block.block), step};
+    const EdgesOfBlock edges(own(), block.block, step);
     Lattice lattice(*blocks_, slots, *places_, base_, block.scratch, edges, has_wings);
     const std::uint64_t start = own().block_offset(block.block);
     while (lattice.next()) {

@@ -19,23 +19,39 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "plait/detail/edge_grid.h"
+#include "plait/detail/face_depths.h"
 #include "plait/detail/namespace.h"
+#include "plait/extend/level_geometry.h"
 #include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Every `step`-th edge from `first` to before `end`.
-struct EdgeRange {
-  EdgeId first, end, step;
+/// Every `step`-th of the edges that have slots in a block, from the first one on.
+class EdgesOfBlock {
+ public:
+  EdgesOfBlock(const LevelGeometry& level, std::uint64_t block, EdgeId step) noexcept
+      : level_(&level),
+        next_(level.first_edge(block)),
+        step_(step),
+        count_((level.slot_count(block) + step - 1) / step) {}
 
-  std::size_t count() const noexcept {
-    return first < end ? (std::size_t{end} - first - 1) / step + 1 : 0;
+  const LevelGeometry& level() const noexcept { return *level_; }
+  std::size_t count() const noexcept { return count_; }
+  /// REQUIRES: it was called fewer than count() times.
+  EdgeId next() noexcept {
+    for (EdgeId left = is_first_ ? 1 : step_; left > 0; ++next_) left -= level_->has_slot(next_);
+    is_first_ = false;
+    return next_ - 1;
   }
-  EdgeId operator[](std::size_t at) const noexcept {
-    return first + static_cast<EdgeId>(at) * step;
-  }
+
+ private:
+  const LevelGeometry* level_;
+  EdgeId next_, step_;
+  std::size_t count_;
+  bool is_first_ = true;
 };
 
 /// The edges around one edge.
@@ -54,7 +70,9 @@ struct SurroundingEdges {
 
   EdgeId edge = kNoId;
   bool is_border = false;
-  std::array<FaceSide, 2> faces;  ///< the own one, and the other one if the edge is no border
+  /// The one in whose frame the slot is, and then the other one if the edge is no border. The first
+  /// is the own one, except for a half slot of the other one.
+  std::array<FaceSide, 2> faces;
   std::array<Side, 4> all_sides;  ///< counterclockwise in each face
 
   std::span<const Side> sides() const noexcept {
@@ -71,10 +89,12 @@ class SurroundingEdgesAhead {
   /// How many edges ahead of the current one the look-ups of an edge are complete.
   static constexpr std::size_t kComplete = 2;
 
-  /// `base` are the records of the base vertices, which the caller will read too.
-  SurroundingEdgesAhead(const Topology& mesh, const EdgeRange& edges, const std::byte* base,
-                        std::size_t record_bytes, Beyond beyond) noexcept
+  /// `base` are the records of the base vertices, which the caller will read too. `depths` is null
+  /// if all faces have all levels.
+  SurroundingEdgesAhead(const Topology& mesh, const FaceDepths* depths, const EdgesOfBlock& edges,
+                        const std::byte* base, std::size_t record_bytes, Beyond beyond) noexcept
       : mesh_(mesh),
+        depths_(depths),
         edges_(edges),
         count_(edges.count()),
         base_(base),
@@ -98,7 +118,7 @@ class SurroundingEdgesAhead {
   /// Takes the first step for edge `at`, and later ones for edges before it.
   void look_up(std::size_t at) noexcept {
     if (SurroundingEdges* const found = entry(at, 0)) {
-      found->edge = edges_[at];
+      found->edge = edges_.next();
       find_faces(*found);
     }
     if (SurroundingEdges* const found = entry(at, 1)) find_sides(*found);
@@ -131,6 +151,8 @@ class SurroundingEdgesAhead {
     const Edge& edge = mesh_.edges[found.edge];
     found.is_border = edge.is_border();
     found.faces = {edge.own, edge.other};
+    if (depths_ != nullptr && !depths_->own_face_has(edge, edges_.level().level()))
+      std::swap(found.faces[0], found.faces[1]);
     fetch(base_ + record_bytes_ * edge.start);
     fetch(base_ + record_bytes_ * edge.end);
     for (const FaceSide side : found.faces) {
@@ -192,7 +214,8 @@ class SurroundingEdgesAhead {
   }
 
   const Topology mesh_;
-  const EdgeRange edges_;
+  const FaceDepths* const depths_;
+  EdgesOfBlock edges_;
   const std::size_t count_;
   const std::byte* const base_;
   const std::size_t record_bytes_;

@@ -18,6 +18,7 @@
 #include "plait/error.h"
 #include "plait/layout.h"
 #include "rows/every_target.h"
+#include "support/random_depths.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 
@@ -84,8 +85,9 @@ TEST_CASE("Hierarchy_AlongNormals_HasTheResidualsOfTheOracle") {
         for (EdgeId edge = 0; edge < levels.mesh.edge_count(); ++edge) {
           const Slot slot = levels.geometry(level).slot(edge);
           for (std::size_t i = slot.offset / 4; i < (slot.offset + slot.bytes) / 4; ++i)
-            residuals[i] =
-                i % 3 == oracle.axis_of(edge) ? static_cast<std::uint32_t>(random()) >> 12 : 0;
+            residuals[i] = i % 3 == oracle.axis_of(level, edge)
+                               ? static_cast<std::uint32_t>(random()) >> 12
+                               : 0;
         }
         std::byte noted{static_cast<unsigned char>(note)};
         const FilterBlock with{0, made.context, made.scratch, &noted};
@@ -108,6 +110,77 @@ TEST_CASE("Hierarchy_AlongNormals_HasTheResidualsOfTheOracle") {
             }
           }
         CHECK(at * sizeof(float) == made.filtered.size());
+        CHECK(wrong == 0);
+      }
+}
+
+TEST_CASE("Hierarchy_OfFacesWithDepths_HasTheResidualsOfTheOracle") {
+  std::mt19937 random(21);
+  std::size_t turned = 0, patterns = 0;
+  for (const NamedMesh& named : all_meshes())
+    for (int turn = 0; turn < unless_sanitized(6, 1); ++turn) {
+      const BaseMesh base = BaseMesh::build(named.mesh);
+      if (base.face_count() > 200) continue;
+      const BaseMesh deep = base.with_depths(random_depths(base.face_count(), random, 4));
+      if (deep.depths()->deepest() == 0) continue;
+      PredictedLevels<float> levels(deep, deep.depths()->deepest(), kAllInOneBlock);
+      std::uniform_real_distribution<float> next(-2, 2);
+      levels.fill([&] { return next(random); });
+      ++patterns;
+      for (const char* rule : {"midpoint", "butterfly", "loop"}) {
+        const Oracle<float> oracle(levels, rule);
+        for (int level = 1; level <= deep.depths()->deepest(); ++level) {
+          CAPTURE(named.name, turn, rule, level);
+          const FilteredBlock made =
+              encode_and_decode(*hierarchy(levels.filter_level(level), rule), levels, level, 0);
+          CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
+          const auto* const residuals =
+              reinterpret_cast<const std::uint32_t*>(made.filtered.data());
+          std::size_t at = 0, wrong = 0;
+          levels.for_each_record(level, [&](const EdgeIndex& index) {
+            turned += levels.is_turned(level, index.edge) ? 1u : 0u;
+            for (std::size_t k = 0; k < 3; ++k, ++at) {
+              const float found = levels.records[static_cast<std::size_t>(level - 1)][at / 3][k];
+              wrong += residuals[at] != expected_residual(found, oracle.predict(index, k));
+            }
+          });
+          CHECK(at * sizeof(float) == made.filtered.size());
+          CHECK(wrong == 0);
+        }
+      }
+    }
+  CHECK(turned > 0);
+  CHECK(patterns > 20);
+}
+
+TEST_CASE("Hierarchy_AnyBitsOfFacesWithDepths_ComeBackInBlocksOfAnySize") {
+  std::mt19937 random(22);
+  for (const NamedMesh& named : all_meshes())
+    for (const std::uint64_t block_bytes : {64u, 1024u, 16384u})
+      for (const char* options : {"", "along", "butterfly:step=0.01"}) {
+        CAPTURE(named.name, block_bytes, options);
+        const BaseMesh base = BaseMesh::build(named.mesh);
+        const BaseMesh deep = base.with_depths(random_depths(base.face_count(), random, 4));
+        const int deepest = deep.depths()->deepest();
+        PredictedLevels<float> levels(deep, deepest, block_bytes);
+        levels.fill([&] { return std::bit_cast<float>(static_cast<std::uint32_t>(random())); });
+        std::size_t wrong = 0;
+        for (int level = 1; level <= deepest; ++level) {
+          const auto filter = hierarchy(levels.filter_level(level), options);
+          for (std::uint64_t block = 0; block < levels.geometry(level).block_count(); ++block) {
+            const FilteredBlock made = encode_and_decode(*filter, levels, level, block);
+            wrong += !std::ranges::equal(made.back, levels.block(level, block));
+            // The block that has the first slot's edge comes with each coarser level.
+            EdgeId first = levels.geometry(level).first_edge(block);
+            while (!levels.geometry(level).has_slot(first)) ++first;
+            for (int coarser = 1; coarser < level; ++coarser)
+              wrong += std::ranges::none_of(
+                  std::span(made.needed).first(made.needed_count), [&](const ContextBlock& each) {
+                    return each.level == coarser &&
+                           each.block == levels.geometry(coarser).block_of(first);
+                  });
+          }
+        }
         CHECK(wrong == 0);
       }
 }

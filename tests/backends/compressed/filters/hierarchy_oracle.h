@@ -32,9 +32,10 @@ class Oracle {
     return predict(index, component, rule_);
   }
 
-  /// The component in which the normal of the edge's own face is longest.
-  std::size_t axis_of(EdgeId edge) const {
-    const FaceSide own = mesh_.edges[edge].own;
+  /// The component in which the normal of the face with the frame of the slot is longest.
+  std::size_t axis_of(int level, EdgeId edge) const {
+    const FaceSide own =
+        levels_.is_turned(level, edge) ? mesh_.edges[edge].other : mesh_.edges[edge].own;
     const auto side = static_cast<std::size_t>(own.side());
     const auto base = [&](std::size_t turn) {
       return levels_.base_records[mesh_.faces[own.face()][(side + turn) % 3]];
@@ -53,7 +54,7 @@ class Oracle {
     const Edge& edge = mesh_.edges[index.edge];
     const std::int64_t n = slot_side(index.level);
     if (edge.is_border() && index.row + index.column == n - 1) return made;
-    const std::size_t axis = axis_of(index.edge);
+    const std::size_t axis = axis_of(index.level, index.edge);
     std::array<std::array<Number, 3>, 4> near;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::array<Number, 4> each = nearest(index, k);
@@ -83,6 +84,32 @@ class Oracle {
     return points;
   }
 
+  bool face_has(FaceId face, int level) const {
+    return levels_.mesh.depths() == nullptr || levels_.mesh.depths()->of(face) >= level;
+  }
+  /// Whether the vertex is one of this face's, or lies on the edge whose slot is predicted; and its
+  /// slot is known.
+  bool is_known(const FaceIndex& there, EdgeId predicted) const {
+    const EdgeIndex from = edge_index(mesh_, there);
+    const bool on_edge =
+        from.edge == predicted && from.row + from.column == slot_side(from.level) - 1;
+    return (on_edge || face_has(there.face, from.level)) && knows_(from.level, from.edge);
+  }
+  /// The vertex, or half the sum of its coarser neighbours in the face if it is not known.
+  Number known_or_middle(const FaceIndex& there, EdgeId predicted, std::size_t component) const {
+    if (is_corner(there.level, there.i, there.j) || is_known(there, predicted))
+      return levels_.vertex(there)[component];
+    const SideIndex at = to_side(there.level, there.i, there.j);
+    const auto neighbour = [&](std::int64_t step) {
+      std::int64_t weight[3];
+      weight[(at.side + 1) % 3] = 2 * at.row + 1 + step;
+      weight[(at.side + 2) % 3] = 2 * at.column + 1 - step;
+      weight[at.side] = 2 * slot_side(at.level) - 2 * (at.row + at.column) - 2;
+      return known_or_middle({there.face, at.level, weight[1], weight[2]}, predicted, component);
+    };
+    return Number(0.5) * (neighbour(-1) + neighbour(1));
+  }
+
   Number predict(const EdgeIndex& index, std::size_t component, const std::string& rule,
                  std::array<Number, 4>* nearest = nullptr) const {
     const FaceIndex point = face_index(mesh_, index);
@@ -97,15 +124,11 @@ class Oracle {
       weight[at.side] = 2 * n - p - q;
       const FaceIndex there = unfold_fully(mesh_, {point.face, point.level, weight[1], weight[2]});
       if (there.face == kNoId) return false;
-      if (is_corner(there.level, there.i, there.j)) {
-        to = levels_.vertex(there)[component];
-        return true;
-      }
-      const EdgeIndex from = edge_index(mesh_, there);
-      const bool is_known = knows_(from.level, from.edge);
-      // A wing is continued. The others are replaced by half the sum of their coarser neighbours.
-      if (!is_known && (p < 0 || q < 0 || p > 2 * n || q > 2 * n)) return false;
-      to = is_known ? levels_.vertex(there)[component] : predict(from, component, "midpoint");
+      // A wing that is not known is continued.
+      if (!is_corner(there.level, there.i, there.j) && !is_known(there, index.edge) &&
+          (p < 0 || q < 0 || p > 2 * n || q > 2 * n))
+        return false;
+      to = known_or_middle(there, index.edge, component);
       return true;
     };
     Number a{}, b{}, c{}, d{};

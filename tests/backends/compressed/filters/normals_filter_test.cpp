@@ -10,6 +10,7 @@
 #include "plait/error.h"
 #include "plait/extend/vector3.h"
 #include "rows/every_target.h"
+#include "support/random_depths.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -21,7 +22,9 @@ using Normals = std::vector<std::array<float, 3>>;
 template <class Real>
 struct Surface {
   Surface(const IndexedMesh& mesh, int finest, std::uint64_t block_bytes)
-      : positions(BaseMesh::build(mesh), finest, block_bytes), bytes(block_bytes) {
+      : Surface(BaseMesh::build(mesh), finest, block_bytes) {}
+  Surface(const BaseMesh& mesh, int finest, std::uint64_t block_bytes)
+      : positions(mesh, finest, block_bytes), bytes(block_bytes) {
     positions.surroundings.attributes[0].schema.name = "position";
   }
   LevelGeometry geometry(int level) const {
@@ -130,6 +133,56 @@ TEST_CASE("Normals_OfAnyPositions_ArePredictedByTheTangentMasks") {
     check_predictions<float>(named);
     check_predictions<double>(named);
   }
+}
+
+TEST_CASE("Normals_OfFacesWithDepths_ArePredictedAndComeBack") {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> next(-2, 2);
+  std::size_t checked = 0, wrong_bits = 0, wrong = 0;
+  for (const NamedMesh& named : all_meshes())
+    for (const std::uint64_t block_bytes : {64u, 1u << 24}) {
+      const BaseMesh base = BaseMesh::build(named.mesh);
+      const BaseMesh deep = base.with_depths(random_depths(base.face_count(), random, 4));
+      Surface<float> surface(deep, deep.depths()->deepest(), block_bytes);
+      surface.positions.fill([&] { return next(random); });
+      for (int level = 1; level <= deep.depths()->deepest(); ++level) {
+        const LevelGeometry geometry = surface.geometry(level);
+        const auto filter = make_normals_filter("", surface.filter_level(geometry, level));
+        Normals normals(geometry.total_bytes() / 12);
+        for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
+          FilteredBlock made = surface.prepare(*filter, block);
+          std::vector<std::byte> raw(geometry.block_bytes(block));
+          for (std::byte& byte : raw) byte = static_cast<std::byte>(random());
+          made.filtered.resize(raw.size());
+          made.back.resize(raw.size());
+          const FilterBlock with{block, made.context, made.scratch};
+          filter->encode(with, raw, made.filtered);
+          filter->decode(with, made.filtered, made.back);
+          wrong_bits += !std::ranges::equal(raw, made.back);
+          // Residuals of zero give the predictions themselves.
+          std::ranges::fill(made.filtered, std::byte{0});
+          filter->decode(with, made.filtered,
+                         std::as_writable_bytes(std::span(normals))
+                             .subspan(geometry.block_offset(block), raw.size()));
+        }
+        if (geometry.block_count() > 1) continue;
+        std::size_t at = 0;
+        surface.positions.for_each_record(level, [&](const EdgeIndex& index) {
+          const auto& found = normals[at++];
+          // The other records on the edge have neighbours in a face without this level.
+          if (geometry.slot(index.edge).shape == SlotShape::kHalf &&
+              index.row + index.column == slot_side(level) - 1)
+            return;
+          ++checked;
+          const Vector3<double> expected = expected_normal(surface.positions, index);
+          const Vector3<double> d = Vector3<double>{found[0], found[1], found[2]} - expected;
+          wrong += !(dot(d, d) < 1e-8);
+        });
+      }
+    }
+  CHECK(wrong_bits == 0);
+  CHECK(checked > 10000);
+  CHECK(wrong <= checked / 500);
 }
 
 TEST_CASE("Normals_AnyBits_ComeBackInBlocksOfAnySize") {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
+#include "plait/detail/face_depths.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/filter.h"
 
@@ -30,6 +31,7 @@ class PredictedLevels {
       records.emplace_back(geometries.back()->total_bytes() / sizeof(Record));
     }
     surroundings.mesh = mesh.topology();
+    surroundings.depths = mesh.depths();
     AttributeLevels& own = surroundings.attributes.emplace_back();
     own.schema.type = sizeof(Number) == 4 ? ComponentType::kFloat32 : ComponentType::kFloat64;
     own.base = std::as_bytes(std::span(base_records));
@@ -69,11 +71,34 @@ class PredictedLevels {
       const auto corner = static_cast<std::size_t>(corner_of(point.i, point.j));
       return base_records[mesh.faces()[point.face][corner]];
     }
-    const EdgeIndex at = edge_index(surroundings.mesh, point);
+    const EdgeIndex at = in_frame_of_slot(edge_index(surroundings.mesh, point));
     const Slot slot = geometry(at.level).slot(at.edge);
     return records[static_cast<std::size_t>(at.level - 1)]
                   [slot.offset / sizeof(Record) + static_cast<std::uint64_t>(slot_position(
                                                       at.level, slot.shape, at.row, at.column))];
+  }
+
+  /// Whether the edge's slot at a level has the frame of its other face.
+  bool is_turned(int level, EdgeId edge) const {
+    return mesh.depths() != nullptr && geometry(level).slot(edge).shape == SlotShape::kHalf &&
+           mesh.depths()->of(mesh.edges()[edge].own.face()) < level;
+  }
+  /// From the edge's own frame to that of the slot, or back.
+  EdgeIndex in_frame_of_slot(EdgeIndex at) const {
+    if (!is_turned(at.level, at.edge)) return at;
+    const std::int64_t last = slot_side(at.level) - 1;
+    return {at.edge, at.level, last - at.row, last - at.column};
+  }
+  /// Calls visit(index in the edge's own frame) for the records of a level, in the order of slots.
+  template <class Visit>
+  void for_each_record(int level, Visit visit) const {
+    const std::int64_t n = slot_side(level);
+    for (EdgeId edge = 0; edge < mesh.edge_count(); ++edge) {
+      const SlotShape shape = geometry(level).slot(edge).shape;
+      for (std::int64_t row = 0; row < n; ++row)
+        for (std::int64_t column = 0; column < row_records(shape, n, row); ++column)
+          visit(in_frame_of_slot({edge, level, row, column}));
+    }
   }
 
   BaseMesh mesh;

@@ -66,6 +66,9 @@ class LevelGeometry {
     return {edge * whole_bytes_, whole_bytes_, SlotShape::kWhole};
   }
 
+  /// Whether the slot of the edge is not absent.
+  bool has_slot(EdgeId edge) const { return !shapes_.absent().contains(edge); }
+
   std::uint64_t block_count() const { return block_count_; }
   int slots_per_block_log2() const { return shift_; }
   /// The block whose range of edges contains this edge, in constant time. REQUIRES: block_count() >

@@ -28,6 +28,8 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+class FaceDepths;
+
 /// Blocks [first, first + count) of a level.
 struct BlockRange {
   std::uint64_t first = 0, count = 0;
@@ -214,6 +216,8 @@ struct LevelSurroundings {
   int base_level = 0;
   std::vector<AttributeLevels> attributes = {};
   std::span<const Vector3<double>> positions = {};  ///< of the base mesh, as imported
+  /// Of the faces (docs/adaptive.md); null if all faces have all levels.
+  const FaceDepths* depths = nullptr;
 };
 
 /// The block table of a level in an older version that readers have open.
