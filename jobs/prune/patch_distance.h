@@ -33,7 +33,7 @@ class PatchDistance {
   /// vertices, from the triangles of the finest level. Any number beyond the tolerance if one is
   /// farther. It looks at triangles of the same face near the point, so the distance may be less
   /// than the number says, never more. A position that is not a number is infinitely far.
-  double distance(const DrawnDepths& depths) const;
+  double distance(const DrawnDepths& depths);
 
  private:
   const Point& at(std::int64_t i, std::int64_t j) const {
@@ -42,14 +42,20 @@ class PatchDistance {
   double squared_distance(const DrawnDepths& depths, std::int64_t i, std::int64_t j,
                           std::int64_t reach) const;
   bool is_far(double squared) const { return !(std::sqrt(squared) <= tolerance_); }
+  template <class Visit>
+  void for_each_triangle_of(const DrawnDepths& depths, Visit visit) const;
+  void find_offsets(const DrawnDepths& depths);
   double squared_distance_of_vertices(const DrawnDepths& depths) const;
-  double squared_distance_of_drawn(const DrawnDepths& depths) const;
+  double squared_distance_of_drawn(const DrawnDepths& depths, double most) const;
   double squared_distance_from_finest(const Point& p, FacePoint start) const;
 
   std::int64_t size_;
   int levels_;
   double tolerance_;
   std::vector<Point> vertices_;  ///< in row order
+  /// Squared, of the vertices from the points of drawn triangles at the same place of the grid:
+  /// [vertex in row order] infinity in a fan; and [triangle] the largest.
+  std::vector<double> offsets_, largest_offsets_;
 };
 
 PLAIT_END_NAMESPACE
