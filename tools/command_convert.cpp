@@ -27,6 +27,12 @@ std::string convert_text(const nlohmann::ordered_json& report) {
   if (report.contains("max_error"))
     for (const auto& [name, rounding] : report["max_error"].items())
       text += fmt::format("{}: {}\n", name, rounding_text(rounding));
+  if (report.contains("left_out_max_error"))
+    for (const auto& [name, rounding] : report["left_out_max_error"].items())
+      text += fmt::format(
+          "{}: the record of an earlier rounding is not taken along, because filled vertices are "
+          "not rounded ({})\n",
+          name, rounding_text(rounding));
   if (report.contains("digest"))
     text += fmt::format("read back: digest {}, {}\n", word("digest"),
                         report.contains("max_error") ? "every record within its bound of the source"

@@ -129,7 +129,12 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     copy.commit();
     result.stored_bytes = copy.info().stored_bytes;
     result.vertices = vertices_of(copy);
-    if (fills) result.filled_vertices = result.vertices - vertices_of(source);
+    if (fills) {
+      result.filled_vertices = result.vertices - vertices_of(source);
+      for (AttributeId id = 0; id < source.attributes().size(); ++id)
+        if (const std::optional<Rounding>& rounding = StoreAccess::rounding(source, id))
+          result.left_out_roundings[source.attributes()[id].schema.name] = *rounding;
+    }
     copy.close();
     if (request.finish) request.finish(path);
     if (request.verify && fills)

@@ -63,7 +63,10 @@ struct ConversionResult {
   std::uint64_t vertices = 0;                 ///< of the copy, of all levels
   std::uint64_t filled_vertices = 0;          ///< with `uniform`, those that the source lacks
   std::map<std::string, Rounding> roundings;  ///< of the rounded attributes, by name
-  std::string digest;                         ///< with `verify`, of the copy
+  /// Those that the source records and the copy does not, because its filled vertices are not
+  /// rounded.
+  std::map<std::string, Rounding> left_out_roundings;
+  std::string digest;  ///< with `verify`, of the copy
 };
 
 /// Vertices of all levels, as the store's depths leave them.

@@ -34,6 +34,9 @@ JobReport run_convert(ConvertArguments& arguments, const JobCall& call) {
   if (arguments.uniform) {
     report["vertices"] = done.vertices;
     report["filled_vertices"] = done.filled_vertices;
+    report["left_out_max_error"] = JobReport::object();
+    for (const auto& [name, rounding] : done.left_out_roundings)
+      report["left_out_max_error"][name] = rounding_json(rounding);
     if (done.filled_vertices > 0 && call.watch.warn)
       call.watch.warn(fmt::format(
           "convert {}: faces had depths of their own, so {} of {} vertices of the copy are filled "

@@ -65,6 +65,11 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
       {"bounds", "pruned.plait"},
       {"clean", "."},
       {"convert", "pruned.plait", "copy.plait", "--compress", "fast", "--verify"},
+      {"convert", "pruned.plait", "default.plait", "--compress", "default", "--verify"},
+      {"convert", "default.plait", "small.plait", "--compress", "small", "--verify"},
+      {"digest", "small.plait", "--against", "whole.plait"},
+      {"verify", "small.plait"},
+      {"tune", "pruned.plait", "--seconds", "1"},
       {"compare", "whole.plait", "pruned.plait", "--samples", "1000"},
       {"export", "pruned.plait", "mesh.ply", "--attribute", "normal", "--force"},
       {"export", "pruned.plait", "mesh.vtp", "--attribute", "normal"},
@@ -89,9 +94,7 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
       {"pass", "pruned.plait", "noise", "other"},
       {"pass", "pruned.plait", "normals"},
       {"displace", "pruned.plait", "other"},
-      {"plan", "pruned.plait", "other", "--pass", "smooth"},
-      {"convert", "pruned.plait", "other", "--compress", "small"},
-      {"tune", "pruned.plait"}};
+      {"plan", "pruned.plait", "other", "--pass", "smooth"}};
   for (const auto& command : refused) {
     CAPTURE(command);
     const Outcome outcome = here.plait(command);
@@ -110,6 +113,21 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
   CHECK(filled.json()["filled_vertices"].get<int>() + made.json()["vertices"].get<int>() ==
         filled.json()["vertices"]);
   CHECK(filled.errors.find("midpoint") != std::string::npos);
+  CHECK(filled.json()["left_out_max_error"].empty());
+  REQUIRE(here.plait({"convert", "pruned.plait", "rounded.plait", "--max-error", "1e-4"}).status ==
+          0);
+  const Outcome unrounded =
+      here.plait({"convert", "rounded.plait", "unrounded.plait", "--depth", "uniform", "--json"});
+  REQUIRE(unrounded.status == 0);
+  CHECK(unrounded.json()["left_out_max_error"]["position"]["bound"] == 1e-4);
+  const Outcome told =
+      here.plait({"convert", "rounded.plait", "unrounded.plait", "--depth", "uniform", "--force"});
+  CHECK(told.output.find("position: the record of an earlier rounding is not taken along") !=
+        std::string::npos);
+  // A rounding without filled vertices is taken along.
+  CHECK(here.plait({"convert", "rounded.plait", "same.plait", "--json"})
+            .json()["left_out_max_error"]
+            .is_null());
   CHECK(here.plait({"subdivide", "uniform.plait", "finer.plait", "--levels", "4"}).status != 0);
   CHECK(here.plait({"pass", "uniform.plait", "smooth"}).status == 0);
 }
