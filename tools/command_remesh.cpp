@@ -64,9 +64,16 @@ std::string remesh_text(const Json& report) {
   std::string text = base_text(report);
   text += fmt::format(
       "level {}: {} vertices, {} faces, {} of them turned over ({} before {} vertices moved)\n",
-      report["levels"].get<int>(), number_text(report["vertices"]), number_text(report["faces"]),
-      number_text(report["turned_faces"]), number_text(report["turned_faces_before"]),
-      number_text(report["moved_vertices"]));
+      report["levels"].get<int>(), number_text(report["from_vertices"]),
+      number_text(report["from_faces"]), number_text(report["turned_faces"]),
+      number_text(report["turned_faces_before"]), number_text(report["moved_vertices"]));
+  if (!report["depths"].empty())
+    text += fmt::format(
+        "  depths of their own leave {} of {} vertices, {:.1f} %, and {} of {} faces (--depth "
+        "uniform: all)\n",
+        number_text(report["vertices"]), number_text(report["from_vertices"]),
+        100 * report["vertex_share"].get<double>(), number_text(report["faces"]),
+        number_text(report["from_faces"]));
   text += fmt::format("  {} edges folded over 150 degrees (the scan: {})\n",
                       number_text(report["folded_edges"]),
                       number_text(report["scan_figures"]["folded_edges"]));
@@ -124,6 +131,9 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "those "
            "of\n"
            "the nearest vertex.\n"
+           "With --max-distance each face keeps its levels up to a depth of its own, as with plait "
+           "prune,\n"
+           "and what is drawn is measured against the scan; --depth uniform keeps all levels.\n"
            "\n"
            "Examples:\n"
            "  plait remesh scan.ply scan.plait --faces 10000\n"

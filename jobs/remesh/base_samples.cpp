@@ -228,6 +228,8 @@ void BaseSampler::make_samples() {
   history_ = CollapseHistory(0);
   report_.vertices = result_.samples.size();
   report_.small_faces = base.face_count() << (2 * request_.levels);
+  report_.from_vertices = report_.vertices;
+  report_.from_faces = report_.small_faces;
   report_.sample_seconds += clock.lap();
   const Surface& cut = has_creases() ? cut_ : scan_;
   const std::vector<std::uint8_t> still = vertices_on_sides(base, request_.levels, crease_sides_);

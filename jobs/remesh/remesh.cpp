@@ -15,15 +15,19 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/attributed_mesh.h"
+#include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
 #include "plait/progress.h"
+#include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/store_info.h"
+#include "prune/distance_depths.h"
 #include "remesh/base_samples.h"
 #include "remesh/distance_search.h"
 #include "remesh/sampled_surface.h"
 #include "remesh/scan_attributes.h"
 #include "remesh/scan_progress.h"
+#include "remesh/tolerance_search.h"
 #include "store/new_output.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -31,8 +35,10 @@ namespace {
 
 constexpr std::uint64_t kBytesPerScanFace = 200;
 constexpr std::uint64_t kBytesPerSmallFace = 140;
+constexpr std::uint64_t kBytesPerFaceOfAllLevels = 60;  ///< of a store in memory
 constexpr std::uint64_t kFacesPerVertex = 2;
 constexpr int kFarEdges = 3;  ///< of the mean length: a part of the scan farther away is a warning
+const Provenance kProvenance = {.layout = "hilbert"};
 constexpr std::string_view kTurned = "turned", kDistance = "distance";
 /// relax() numbers the corners of small faces in 32 bits.
 constexpr std::uint64_t kMostSmallFaces = (std::uint64_t{1} << 32) / 3;
@@ -40,6 +46,12 @@ constexpr std::uint64_t kMostSmallFaces = (std::uint64_t{1} << 32) / 3;
 constexpr WorkPart kSampling = {0, 700}, kWriting = {700, 760}, kWritingAttributes = {760, 800},
                    kEncoding = {800, 830}, kMeasuringStore = {830, 910},
                    kMeasuringScan = {910, 1000};
+constexpr int kBalance = 1;  ///< levels by which neighbours differ, at most
+/// With depths, what is written was measured before.
+constexpr WorkPart kFillingMemory = {700, 720}, kChoosingDepths = {720, 900},
+                   kCopyingLevels = {900, 1000};
+/// Of a trial of choose_depths().
+constexpr WorkPart kTrialDepths = {0, 400}, kDepthsStore = {400, 700}, kDepthsScan = {700, 1000};
 /// Of a trial of search().
 constexpr WorkPart kTrialSampling = {0, 800}, kTrialStore = {800, 900}, kTrialScan = {900, 1000};
 
@@ -89,6 +101,7 @@ class ScanRun {
       progress_.begin("distances", kWriting.first);
       sampled_.surface.distances = distances_at_samples(scan_, sampled_.surface);
     }
+    if (report_.max_distance > 0 && request_.own_depths.value_or(true)) choose_depths();
     make_store();
     return std::move(report_);
   }
@@ -102,7 +115,9 @@ class ScanRun {
   [[noreturn]] void refuse_distance(double found) const;
   void make_store();
   void write_store(const std::filesystem::path& path);
-  void measure(WorkPart to_store, WorkPart to_scan, double far);
+  void fill(Store& store, WorkPart writing, WorkPart writing_attributes);
+  void choose_depths();
+  void measure(const IndexedMesh& small, WorkPart to_store, WorkPart to_scan, double far);
   std::string far_text() const;
 
   RemeshRequest request_;  ///< search() sets faces and levels
@@ -114,6 +129,8 @@ class ScanRun {
   std::optional<TriangleTree> scan_tree_;
   ScanAttributes attributes_;
   BaseSamples sampled_;
+  std::optional<Store> all_levels_;  ///< in memory, if the store has depths
+  BaseMesh base_of_store_;           ///< with the depths
 };
 
 void ScanRun::check_request() const {
@@ -128,6 +145,11 @@ void ScanRun::check_request() const {
   if (request_.max_distance && request_.report_samples == 0)
     throw Error(ErrorCode::kInvalidArgument,
                 "remesh: expected 1 sample or more to measure the largest distance, found 0");
+  if (request_.own_depths.value_or(false) && !request_.max_distance)
+    throw JobError(ErrorCode::kInvalidArgument,
+                   "remesh: depths of their own: expected a largest distance, which says how deep "
+                   "faces are, found none",
+                   "max-distance");
   if (request_.precision && *request_.precision != ComponentType::kFloat32 &&
       *request_.precision != ComponentType::kFloat64)
     throw Error(ErrorCode::kInvalidArgument,
@@ -155,8 +177,10 @@ void ScanRun::check_counts() const {
 
 void ScanRun::check_memory(std::uint64_t scan_faces) const {
   const std::uint64_t base_faces = std::min(request_.faces, scan_faces);
+  const bool prunes = request_.max_distance && request_.own_depths.value_or(true);
   const std::uint64_t needed = scan_faces * kBytesPerScanFace +
-                               (base_faces << (2 * request_.levels)) * kBytesPerSmallFace +
+                               (base_faces << (2 * request_.levels)) *
+                                   (kBytesPerSmallFace + (prunes ? kBytesPerFaceOfAllLevels : 0)) +
                                request_.options.budget_bytes;
   plait::check_memory(fmt::format("remesh {}: {} faces and {} small faces", request_.scan.native(),
                                   scan_faces, base_faces << (2 * request_.levels)),
@@ -206,7 +230,8 @@ void ScanRun::make_store() {
                    write_store(path);
                    report_.write_seconds = clock.seconds();
                    if (request_.report_samples > 0 && !request_.max_distance) {
-                     measure(kMeasuringStore, kMeasuringScan, kFarEdges * report_.mean_edge);
+                     measure(small_triangles(sampled_.surface), kMeasuringStore, kMeasuringScan,
+                             kFarEdges * report_.mean_edge);
                      if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
                    }
                    progress_.begin("publish", 1000);
@@ -217,20 +242,73 @@ void ScanRun::write_store(const std::filesystem::path& path) {
   StoreOptions options = request_.options;
   const SampledSurface& surface = sampled_.surface;
   options.expected_bytes = surface.positions.size() * 3 * component_bytes(report_.precision);
-  Store store =
-      Store::create(path, BaseMesh(surface.base), options, backends_, {.layout = "hilbert"});
+  Store store = Store::create(path, BaseMesh(all_levels_ ? base_of_store_ : surface.base), options,
+                              backends_, kProvenance);
   tell_notices(store, watch_.warn, request_.store);
-  write_levels(surface, report_.precision, store, request_.threads, progress_.during(kWriting));
-  write_attributes(attributes_, scan_, sampled_.samples, surface, store, request_.threads,
-                   progress_.during(kWritingAttributes));
+  if (all_levels_)
+    copy_levels(*all_levels_, store, progress_.during(kCopyingLevels));
+  else
+    fill(store, kWriting, kWritingAttributes);
   for (std::size_t at = 0; at < attributes_.count(); ++at)
     report_.attributes.push_back(attributes_.schema(at));
-  store.finish_encoding(progress_.during(kEncoding));
+  if (!all_levels_) store.finish_encoding(progress_.during(kEncoding));
   store.commit();
   report_.backend = store.options().backend;
   report_.stored_bytes = store.info().stored_bytes;
   if (request_.digest) report_.digest = digest(store, {.threads = request_.threads}).to_string();
   store.close();
+}
+
+void ScanRun::fill(Store& store, WorkPart writing, WorkPart writing_attributes) {
+  const SampledSurface& surface = sampled_.surface;
+  write_levels(surface, report_.precision, store, request_.threads, progress_.during(writing));
+  write_attributes(attributes_, scan_, sampled_.samples, surface, store, request_.threads,
+                   progress_.during(writing_attributes));
+}
+
+/// Prunes towards all levels, and measures the distance of what is left from the scan.
+void ScanRun::choose_depths() {
+  Stopwatch clock;
+  StoreOptions options;
+  options.backend = "memory";
+  options.budget_bytes = request_.options.budget_bytes;
+  options.parallel_for = request_.options.parallel_for;
+  all_levels_.emplace(
+      Store::create({}, BaseMesh(sampled_.surface.base), options, default_backends(), kProvenance));
+  fill(*all_levels_, kFillingMemory.nth(0, 2), kFillingMemory.nth(1, 2));
+  report_.prune_seconds += clock.lap();
+  ToleranceSearch search(report_.max_distance, std::max(report_.to_store.max, report_.to_scan.max));
+  for (WorkPart left = kChoosingDepths;; left = left.nth(1, 2)) {
+    const WorkPart now = left.nth(0, 2);
+    clock.lap();
+    // Faces are measured in rounds, and only the first has all of them.
+    const ProgressCallback progress = progress_.during(now.of(kTrialDepths));
+    const JobWatch watch{
+        .progress = [&progress, most = std::uint64_t{0}](const Progress& round) mutable {
+          most = std::max(most, round.done);
+          return !progress || progress({round.phase, most, std::max(most, round.total)});
+        }};
+    std::vector<std::uint8_t> depths(sampled_.surface.base.face_count(),
+                                     static_cast<std::uint8_t>(request_.levels));
+    if (search.tolerance() > 0)
+      depths =
+          depths_by_distance(*all_levels_, {.number = search.tolerance()}, kBalance, watch).depths;
+    report_.faces_of_level.assign(static_cast<std::size_t>(request_.levels) + 1, 0);
+    for (const std::uint8_t depth : depths) ++report_.faces_of_level[depth];
+    base_of_store_ = sampled_.surface.base.with_depths(std::move(depths));
+    ++report_.depth_trials;
+    report_.tolerance = search.tolerance();
+    report_.prune_seconds += clock.lap();
+    measure(drawn_triangles(sampled_.surface, base_of_store_), now.of(kDepthsStore),
+            now.of(kDepthsScan), report_.max_distance);
+    const double found = std::max(report_.to_store.max, report_.to_scan.max);
+    // All levels were near enough.
+    if (found <= report_.max_distance || search.tolerance() == 0) break;
+    search.next(found);
+  }
+  const LevelCounts counts = counts_at_level(base_of_store_, request_.levels);
+  report_.vertices = counts.vertices;
+  report_.small_faces = counts.faces;
 }
 
 void ScanRun::search() {
@@ -248,7 +326,7 @@ void ScanRun::search() {
     report_.base_meshes = 0;
     sampled_ =
         make_base_samples(request_, scan_, *scan_tree_, now.of(kTrialSampling), progress_, report_);
-    measure(now.of(kTrialStore), now.of(kTrialScan), limit);
+    measure(small_triangles(sampled_.surface), now.of(kTrialStore), now.of(kTrialScan), limit);
     const double found = std::max(report_.to_store.max, report_.to_scan.max);
     if (found <= limit) return;
     if (!search.next(found / limit)) refuse_distance(found);
@@ -271,9 +349,8 @@ void ScanRun::refuse_distance(double found) const {
                   report_.precision == ComponentType::kFloat32 ? " or --precision float64" : ""));
 }
 
-void ScanRun::measure(WorkPart to_store, WorkPart to_scan, double far) {
+void ScanRun::measure(const IndexedMesh& small, WorkPart to_store, WorkPart to_scan, double far) {
   const Stopwatch clock;
-  const IndexedMesh small = small_triangles(sampled_.surface);
   const TriangleSet scan{scan_.positions, scan_.faces}, store{small.positions, small.faces};
   const TriangleTree store_tree(store.positions, store.faces,
                                 [&] { progress_.begin("distances", to_store.first); });

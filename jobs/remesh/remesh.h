@@ -31,6 +31,10 @@ struct RemeshRequest {
   /// Base meshes of more and more faces are made, up to the scan, until no point of the report in
   /// either direction is farther: a length, or a part of the scan's diagonal.
   std::optional<RelativeLength> max_distance = {};
+  /// Whether each face has a depth of its own (docs/adaptive.md): one with which what is drawn is
+  /// within max_distance too. Not set: with max_distance. Faces differ from their neighbours by at
+  /// most one level.
+  std::optional<bool> own_depths = {};
   SurfaceRepairOptions repair = {};
   /// float32 or float64. Not set: float32, but float64 if float32 moved a vertex of the scan by
   /// more than a thousandth of the shortest edge there.
@@ -68,7 +72,11 @@ struct RemeshReport {
   std::uint64_t merged_vertices = 0, seam_vertices = 0;
   ComponentType precision = ComponentType::kFloat32;  ///< of the positions
   SurfaceFigures scan, base;                          ///< after the repair; of the base mesh
-  std::uint64_t vertices = 0, small_faces = 0;        ///< of the finest level
+  std::uint64_t vertices = 0, small_faces = 0;        ///< of the finest level, as it is drawn
+  /// Of the finest level of all faces, if faces have depths of their own; else as `vertices`.
+  std::uint64_t from_vertices = 0, from_faces = 0;
+  std::vector<std::uint64_t> faces_of_level = {};  ///< [depth] faces; empty without depths
+  double tolerance = 0;  ///< of the depths: largest distance from all levels
   /// If the base mesh has more faces than asked for: the edges left that could not collapse,
   /// because genus, borders or components would change, or because a face would turn or become a
   /// needle.
@@ -81,12 +89,13 @@ struct RemeshReport {
   std::uint64_t exact_faces = 0;      ///< of the base mesh: they lie on the scan before relax()
   std::uint64_t relaxed_samples = 0;  ///< moved by relax()
   std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()
-  std::uint64_t folds = 0;        ///< edges of small triangles (sample/folds.h)
-  std::uint64_t faces_asked = 0;  ///< of the last base mesh
-  int levels = 0;                 ///< of the store
-  double max_distance = 0;        ///< in units of the scan; 0: none was asked for
-  std::uint64_t trials = 0;       ///< base meshes that max_distance needed
-  std::uint64_t base_meshes = 0;  ///< that were tried; more than one only with refuse_turned
+  std::uint64_t folds = 0;         ///< edges of small triangles (sample/folds.h)
+  std::uint64_t faces_asked = 0;   ///< of the last base mesh
+  int levels = 0;                  ///< of the store
+  double max_distance = 0;         ///< in units of the scan; 0: none was asked for
+  std::uint64_t trials = 0;        ///< base meshes that max_distance needed
+  std::uint64_t depth_trials = 0;  ///< tolerances that the depths needed
+  std::uint64_t base_meshes = 0;   ///< that were tried; more than one only with refuse_turned
   BaseShape shape;
   AreaSpread area_spread;
   double diagonal = 0, mean_edge = 0;       ///< of the scan
@@ -96,6 +105,7 @@ struct RemeshReport {
   Distances to_store, to_scan;
   std::string backend, digest;
   std::uint64_t stored_bytes = 0;
+  double prune_seconds = 0;  ///< of the depths, without measuring
   double read_seconds = 0, repair_seconds = 0, decimate_seconds = 0, sample_seconds = 0,
          relax_seconds = 0, untangle_seconds = 0, write_seconds = 0, report_seconds = 0;
 };
@@ -109,10 +119,11 @@ struct RemeshReport {
 /// every half second or more often, but for reading and repairing large files.
 ///
 /// The same scan and request give the same bits for any number of threads. Memory: about 200 bytes
-/// for each face of the scan and 140 for each small face, and the budget. Errors: those of
+/// for each face of the scan and 140 for each small face, 200 with depths, and the budget. The
+/// levels of all faces are never on the disk then. Errors: those of
 /// read_attributed_mesh(), repair() and Store::create(); kInvalidArgument for counts that do not
 /// fit, for a base mesh of more than 1.05 times the faces asked for, with refuse_turned, and with
-/// max_distance if no base mesh comes within it;
+/// max_distance if no base mesh comes within it, and for own_depths without max_distance;
 /// kOutOfMemory before the work begins; kCancelled. Pinned by tests/jobs/remesh_test.cpp.
 RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
                     const JobWatch& watch = {});

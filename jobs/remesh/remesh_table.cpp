@@ -13,6 +13,15 @@ struct RemeshArguments : RemeshRequest {
   std::vector<std::string> compress;
 };
 
+/// Empty if all faces have all levels.
+JobReport depths_json(const RemeshReport& report) {
+  JobReport levels = JobReport::array();
+  for (std::size_t level = 0; level < report.faces_of_level.size(); ++level)
+    if (report.faces_of_level[level] > 0)
+      levels.push_back({{"level", level}, {"faces", report.faces_of_level[level]}});
+  return levels;
+}
+
 JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
   request.options.pipeline_of = pipelines_of(compression_of(request.compress));
   request.options.parallel_for = call.parallel_for;
@@ -36,6 +45,12 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                     {"levels", report.levels},
                     {"vertices", report.vertices},
                     {"faces", report.small_faces},
+                    {"from_vertices", report.from_vertices},
+                    {"from_faces", report.from_faces},
+                    {"vertex_share", static_cast<double>(report.vertices) /
+                                         static_cast<double>(report.from_vertices)},
+                    {"depths", depths_json(report)},
+                    {"depth_trials", report.depth_trials},
                     {"feature_angle", report.feature_angle},
                     {"crease_edges", report.crease_edges},
                     {"crease_corners", report.crease_corners},
@@ -74,6 +89,7 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
   json["sample_seconds"] = report.sample_seconds;
   json["relax_seconds"] = report.relax_seconds;
   json["untangle_seconds"] = report.untangle_seconds;
+  json["prune_seconds"] = report.prune_seconds;
   json["write_seconds"] = report.write_seconds;
   json["report_seconds"] = report.report_seconds;
   if (!report.digest.empty()) json["digest"] = report.digest;
@@ -101,6 +117,11 @@ Job remesh_job() {
           "Take as many faces as bring every point of the report so near, in units of INPUT or in "
           "percent of its diagonal")
       .shown_as("D[%]");
+  table.choice(
+      "depth", {"own", "uniform"},
+      [](RemeshRequest& request, const std::string& name) { request.own_depths = name == "own"; },
+      "Each face has a depth of its own, with which it is still within --max-distance (then the "
+      "default), or all levels");
   table.count(
       "min-component",
       [](RemeshArguments & request) -> auto& { return request.repair.min_component; }, 0,

@@ -9,7 +9,9 @@
 
 #include "base/threads.h"
 #include "distance/closest_point.h"
+#include "export/patch_selection.h"
 #include "mesh/parallel_parts.h"
+#include "plait/detail/drawn_triangles.h"
 #include "plait/error.h"
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
@@ -114,6 +116,28 @@ IndexedMesh small_triangles(const SampledSurface& surface) {
       mesh.faces.push_back(
           {static_cast<VertexId>(a), static_cast<VertexId>(b), static_cast<VertexId>(c)});
     });
+  return mesh;
+}
+
+IndexedMesh drawn_triangles(const SampledSurface& surface, const BaseMesh& deep) {
+  IndexedMesh mesh;
+  const SampleNumbers numbers(surface.base, surface.levels);
+  const PatchSelection patches(deep, surface.levels, all_faces(deep));
+  mesh.positions = surface.positions;
+  mesh.faces.reserve(patches.triangle_count());
+  for (FaceId face = 0; face < deep.face_count(); ++face) {
+    const DrawnDepths drawn = patches.drawn(face);
+    const int finer = surface.levels - drawn.grid();
+    const auto number = [&](FacePoint at) {
+      return static_cast<VertexId>(numbers.of(face, at.i << finer, at.j << finer));
+    };
+    for_each_drawn_triangle(
+        drawn,
+        [&](FacePoint a, FacePoint b, FacePoint c) {
+          mesh.faces.push_back({number(a), number(b), number(c)});
+        },
+        [] {});
+  }
   return mesh;
 }
 

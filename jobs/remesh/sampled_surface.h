@@ -37,6 +37,9 @@ void write_attributes(const ScanAttributes& attributes, const Surface& scan,
 
 /// The small triangles of the finest level, in doubles.
 IndexedMesh small_triangles(const SampledSurface& surface);
+/// What is drawn of `deep`, the same base mesh with depths (docs/adaptive.md). The positions are
+/// all that the surface has.
+IndexedMesh drawn_triangles(const SampledSurface& surface, const BaseMesh& deep);
 
 /// How far the scan is from the small triangles: at each sample, the largest distance of those
 /// vertices of the scan whose closest triangle has it as a corner, or 0. All threads of the present

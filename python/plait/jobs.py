@@ -67,7 +67,8 @@ class Import(NamedTuple):
 
 
 class Remeshing(NamedTuple):
-    """What remesh() made. vertices and faces are those of the finest level; turned_faces: of these,
+    """What remesh() made. vertices and faces are those of the finest level as it is drawn, and
+    from_vertices and from_faces those of all faces with all levels; turned_faces: of the latter,
     how many are turned over. Lengths are in the units of the scan; distances are those of points
     spread over one surface to the closest points of the other, 0 if samples is 0. area_spread: of
     the areas of the small faces within a base face, 99th percentile to 1st: nine of ten base faces
@@ -91,6 +92,8 @@ class Remeshing(NamedTuple):
     area_spread_percentile_90: float
     area_spread_share_within_4: float
     base_meshes: int
+    from_vertices: int
+    from_faces: int
     digest: str
 
 
