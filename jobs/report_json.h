@@ -2,8 +2,10 @@
 // own commands say the same.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -76,6 +78,16 @@ inline nlohmann::ordered_json attributes_json(const std::vector<AttributeSchema>
     json.push_back({{"name", schema.name},
                     {"type", to_string(schema.type)},
                     {"components", schema.components}});
+  return json;
+}
+
+/// [level] the number of faces that have no finer one: {"level", "faces"} for each level that has
+/// any.
+inline nlohmann::ordered_json depths_json(std::span<const std::uint64_t> faces_of_level) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (std::size_t level = 0; level < faces_of_level.size(); ++level)
+    if (faces_of_level[level] > 0)
+      json.push_back({{"level", level}, {"faces", faces_of_level[level]}});
   return json;
 }
 

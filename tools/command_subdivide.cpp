@@ -32,8 +32,16 @@ std::string surface_text(const Json& report) {
     text += fmt::format("base       {}, refined {} times in memory\n", mesh_text(report["base"]),
                         base_level);
   text +=
-      fmt::format("level {:<2}   {} vertices, {} edges, {} faces\n", report["levels"].get<int>(),
-                  count(report["vertices"]), count(report["edges"]), count(report["faces"]));
+      fmt::format("level {:<2}   {} vertices, {} edges, {} faces{}\n", report["levels"].get<int>(),
+                  count(report["vertices"]), count(report["edges"]), count(report["faces"]),
+                  report.contains("depths") ? ", as it is drawn" : "");
+  if (report.contains("depths"))
+    text += fmt::format(
+        "depths     leave {} of {} vertices and {} of {} faces, at most {:.6g} from all, in {:.2f} "
+        "s\n",
+        count(report["vertices"]), count(report["from_vertices"]), count(report["faces"]),
+        count(report["from_faces"]), report["distance"].get<double>(),
+        report["prune_seconds"].get<double>());
   const int threads = report["threads"].get<int>();
   text +=
       fmt::format("method     {}{}{}, {}, executor {}, {} thread{}\n", word(report["scheme"]),
@@ -107,9 +115,13 @@ void add_subdivide_command(CommandLine& program, CommandContext& context) {
            "is\n"
            "too small (--ignore-size starts anyway, but not with too small a budget).\n"
            "`seconds` is the whole time of the job.\n"
+           "--max-distance makes all levels and then, beside them, what plait prune leaves of "
+           "them;\n"
+           "only that gets the name OUTPUT.\n"
            "\n"
            "Examples:\n"
            "  plait subdivide molecule.ply molecule.plait --levels 5 --normals\n"
+           "  plait subdivide molecule.ply near.plait --levels 5 --max-distance 0.01%\n"
            "  plait subdivide bunny.ply bunny.plait --levels 4 --compress fast --memory 64MiB\n"
            "  plait subdivide bunny.ply lossy.plait --levels 6 --max-error 1e-6rel --verify\n"
            "  plait subdivide bunny.ply mixed.plait --levels 6 --compress small --compress "

@@ -2,6 +2,7 @@
 #include "job.h"
 #include "job_rules.h"
 #include "prune/prune.h"
+#include "report_json.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -14,13 +15,9 @@ JobReport run_prune(PruneArguments& arguments, const JobCall& call) {
   arguments.copy.compression = compression_of(arguments.compress);
   arguments.copy.parallel_for = call.parallel_for;
   const PruneResult done = prune(arguments, call.open_backends, call.backends, call.watch);
-  JobReport levels = JobReport::array();
-  for (std::size_t level = 0; level < done.faces_of_level.size(); ++level)
-    if (done.faces_of_level[level] > 0)
-      levels.push_back({{"level", level}, {"faces", done.faces_of_level[level]}});
   JobReport report = {{"from", arguments.copy.from.string()},
                       {"store", done.copy.store.string()},
-                      {"depths", levels},
+                      {"depths", depths_json(done.faces_of_level)},
                       {"raised_faces", done.raised},
                       {"from_vertices", done.from_vertices},
                       {"vertices", done.copy.vertices},

@@ -13,15 +13,6 @@ struct RemeshArguments : RemeshRequest {
   std::vector<std::string> compress;
 };
 
-/// Empty if all faces have all levels.
-JobReport depths_json(const RemeshReport& report) {
-  JobReport levels = JobReport::array();
-  for (std::size_t level = 0; level < report.faces_of_level.size(); ++level)
-    if (report.faces_of_level[level] > 0)
-      levels.push_back({{"level", level}, {"faces", report.faces_of_level[level]}});
-  return levels;
-}
-
 JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
   request.options.pipeline_of = pipelines_of(compression_of(request.compress));
   request.options.parallel_for = call.parallel_for;
@@ -49,7 +40,7 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                     {"from_faces", report.from_faces},
                     {"vertex_share", static_cast<double>(report.vertices) /
                                          static_cast<double>(report.from_vertices)},
-                    {"depths", depths_json(report)},
+                    {"depths", depths_json(report.faces_of_level)},
                     {"depth_trials", report.depth_trials},
                     {"feature_angle", report.feature_angle},
                     {"crease_edges", report.crease_edges},

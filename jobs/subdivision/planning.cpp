@@ -38,6 +38,23 @@ void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
               "cannot make limit positions, because no subdivision can continue from these");
 }
 
+void check_distance(const SubdivisionRequest& request, SubdivisionPlan& plan) {
+  if (!request.max_distance) return;
+  if (!(*request.max_distance >= 0))
+    refuse(plan, "max-distance", ErrorCode::kInvalidArgument,
+           fmt::format("subdivide: largest distance: expected 0 or more, found {}",
+                       *request.max_distance));
+  if (plan.commits_levels)
+    refuse(plan, "resume", ErrorCode::kInvalidArgument,
+           "subdivide: a run that can be resumed makes all levels of all faces: expected resume or "
+           "max-distance, found both: prune a copy of the finished store");
+  if (!plan.keeps_store)
+    refuse(plan, "backend", ErrorCode::kInvalidArgument,
+           fmt::format("subdivide: max-distance: expected a backend that stores levels in files, "
+                       "found {}",
+                       plan.store.backend));
+}
+
 void choose_pipelines(const SubdivisionRequest& request, const RegisteredBackend& backend,
                       SubdivisionPlan& plan) {
   plan.store.pipeline_of = request.pipeline_of;
@@ -132,6 +149,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.layout = layout_of(request, plan.subdivide.executor);
 
   check_resumable(request, plan);
+  check_distance(request, plan);
   check_limit(request, plan);
   if (plan.precision != ComponentType::kFloat32 && plan.precision != ComponentType::kFloat64)
     refuse(plan, "precision", ErrorCode::kInvalidArgument,

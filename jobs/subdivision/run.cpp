@@ -9,10 +9,12 @@
 #include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
+#include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
 #include "plait/extend/recode_attribute.h"
 #include "plait/extend/store_access.h"
 #include "plait/store_info.h"
+#include "prune/distance_depths.h"
 #include "store/attribute_levels.h"
 #include "subdivision/earlier_run.h"
 #include "subdivision/planning.h"
@@ -61,16 +63,19 @@ BaseMesh PlannedRun::make_base(BaseMesh mesh) {
 }
 
 void PlannedRun::create_store(BaseMesh base) {
+  StoreOptions options = plan_.store;
+  if (request_.max_distance) options.durability = Durability::kNone;  // prune() makes another one
   const auto create = [&](const std::filesystem::path& path) {
     store_ = Store::create(
-        path, std::move(base), plan_.store, backends_,
+        path, std::move(base), options, backends_,
         {.layout = std::string(to_string(plan_.layout)), .base_level = plan_.base_level});
     add_base_positions(*store_, plan_.precision);
   };
   if (!plan_.keeps_store) return create({});
   if (plan_.commits_levels) return create(request_.store);
-  output_.emplace(request_.store, request_.existing, watch_.warn);
-  build_output(*output_, [&] { create(output_->make()); });
+  std::optional<UnpublishedStore>& output = request_.max_distance ? all_levels_ : output_;
+  output.emplace(request_.store, request_.existing, watch_.warn);
+  build_output(*output, [&] { create(output->make()); });
 }
 
 void PlannedRun::commit() {
@@ -149,6 +154,14 @@ void PlannedRun::make_levels() {
     commit();
   }
   result_.refine_seconds += clock.seconds() - result_.commit_seconds;
+  result_.paging = store.info().paging;
+  for (const AttributeInfo& attribute : store.attributes())
+    result_.base_mesh_bytes += store.base().vertex_count() * attribute.schema.record_bytes();
+  describe_levels();
+}
+
+void PlannedRun::describe_levels() {
+  const Store& store = *store_;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     const auto& [schema, finest] = store.attributes()[id];
     if (finest > store.base_level())
@@ -156,10 +169,41 @@ void PlannedRun::make_levels() {
     if (const auto& rounding = StoreAccess::rounding(store, id))
       result_.roundings[schema.name] = *rounding;
   }
-  result_.paging = store.info().paging;
   result_.stored_bytes = store.info().stored_bytes;
-  for (const AttributeInfo& attribute : store.attributes())
-    result_.base_mesh_bytes += store.base().vertex_count() * attribute.schema.record_bytes();
+}
+
+void PlannedRun::prune() {
+  if (!request_.max_distance) return;
+  const Stopwatch clock;
+  store_->close();
+  store_.reset();
+  build_output(*all_levels_, [&] {
+    OpenOptions open;
+    open.budget_bytes = plan_.store.budget_bytes / 2;
+    open.parallel_for = plan_.store.parallel_for;
+    Store source = Store::open(all_levels_->path(), open, backends_);
+    const double number = *request_.max_distance;
+    const bool is_part = request_.distance_in_diagonals;
+    DistanceDepths found = depths_by_distance(
+        source, {.number = is_part ? 100 * number : number, .is_percent = is_part}, 1, watch_);
+    result_.distance = found.distance;
+    result_.faces_of_level.resize(static_cast<std::size_t>(request_.levels) + 1);
+    for (const std::uint8_t depth : found.depths)
+      ++result_.faces_of_level[static_cast<std::size_t>(plan_.base_level) + depth];
+    StoreOptions options = plan_.store;
+    options.budget_bytes = open.budget_bytes;
+    output_.emplace(request_.store, request_.existing, watch_.warn);
+    enter("copy");
+    store_ = Store::create(output_->make(), source.base().with_depths(std::move(found.depths)),
+                           options, backends_, source.provenance());
+    copy_levels(source, *store_, [&](const Progress& now) { return tell(now); });
+    commit();
+    source.close();
+  });
+  all_levels_.reset();
+  result_.drawn = counts_at_level(store_->base(), request_.levels - plan_.base_level);
+  describe_levels();
+  result_.prune_seconds = clock.seconds();
 }
 
 void PlannedRun::read_back() {

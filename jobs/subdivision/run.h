@@ -27,6 +27,8 @@ class PlannedRun {
   /// Throws the refusal of a budget that is too small before anything is committed.
   void open_store(BaseMesh base);
   void make_levels();
+  /// With max_distance: copies what the depths leave, and removes the levels of all faces.
+  void prune();
   void read_back();
   void publish();
 
@@ -38,6 +40,7 @@ class PlannedRun {
   void enter(std::string_view step);
 
   void create_store(BaseMesh base);
+  void describe_levels();
   void plan_levels();
   void commit();
   /// Rounds, and encodes what the passes could not encode at once.
@@ -47,7 +50,8 @@ class PlannedRun {
   const BackendRegistry& backends_;
   SubdivisionPlan& plan_;
   const JobWatch& watch_;
-  std::optional<UnpublishedStore> output_;  ///< of a new store, unless the job commits levels
+  std::optional<UnpublishedStore> output_;      ///< of a new store, unless the job commits levels
+  std::optional<UnpublishedStore> all_levels_;  ///< with max_distance, until prune()
   std::optional<Store>& store_;
   std::optional<PlannedSubdivision> levels_;  ///< nothing if the earlier run is finished
   SubdivisionResult result_;

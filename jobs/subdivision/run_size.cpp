@@ -85,6 +85,8 @@ SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionRequest& req
   if (plan.subdivide.limit && plan.subdivide.executor != ExecutorKind::kFused)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels), position_bytes));
   size.disk_bytes = sum(size.disk_bytes, size.rounded_bytes);
+  // What is left beside the levels of all faces, which are then removed: at most as much.
+  if (request.max_distance) size.disk_bytes = sum(size.disk_bytes, size.level_bytes);
   return size;
 }
 

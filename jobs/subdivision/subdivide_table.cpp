@@ -3,6 +3,7 @@
 
 #include "job.h"
 #include "job_rules.h"
+#include "option_text.h"
 #include "plait/extend/edge_index.h"
 #include "plait/subdivision_job.h"
 #include "report_json.h"
@@ -91,6 +92,18 @@ JobReport report_of(const std::filesystem::path& mesh, const SubdivisionResult& 
       {"span", result.spans.loop.span},
       {"face_span", result.spans.face.span},
       {"paging", paging_json(result.paging)}};
+  if (!result.faces_of_level.empty()) {
+    json["from_vertices"] = finest.vertices;
+    json["from_faces"] = finest.faces;
+    json["vertices"] = result.drawn.vertices;
+    json["edges"] = result.drawn.edges;
+    json["faces"] = result.drawn.faces;
+    json["vertex_share"] =
+        static_cast<double>(result.drawn.vertices) / static_cast<double>(finest.vertices);
+    json["depths"] = depths_json(result.faces_of_level);
+    json["distance"] = result.distance;
+    json["prune_seconds"] = result.prune_seconds;
+  }
   for (const auto& [name, rounding] : result.roundings)
     json["max_error"][name] = rounding_json(rounding);
   if (!result.digest.empty()) {
@@ -146,6 +159,17 @@ void add_surface_options(JobTable<SubdivideArguments>& table) {
       "thousandth of the shortest edge there");
   table.weld(&SubdivideArguments::weld);
   table.flag("normals", &SubdivideArguments::normals, "Also compute unit normals");
+  table
+      .named(
+          "max-distance",
+          [](SubdivideArguments& arguments, const std::string& text) {
+            const RelativeLength length = parse_relative_length(text);
+            arguments.distance_in_diagonals = length.is_percent;
+            arguments.max_distance = length.is_percent ? length.number / 100 : length.number;
+          },
+          "Faces keep their levels up to a depth of their own, with which the finest level and "
+          "what is drawn are at most D from each other: a length, or with % a part of the diagonal")
+      .shown_as("D[%]");
   table.flag("limit", &SubdivideArguments::limit,
              fmt::format("Project positions to the limit surface ({})", limit_scheme_names()));
 }

@@ -108,6 +108,7 @@ SubdivisionResult SubdivisionJob::run(const JobWatch& watch) try {
   try {
     planned.open_store(planned.make_base(std::move(job.mesh)));
     planned.make_levels();
+    planned.prune();
     planned.read_back();
     planned.publish();
   } catch (const Error& error) {

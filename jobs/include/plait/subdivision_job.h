@@ -65,6 +65,14 @@ struct SubdivisionRequest {
   /// Reads the rounded levels before the exact ones go, and compares every record.
   bool verify = false;
 
+  /// Each face keeps its levels up to a depth of its own (docs/adaptive.md), with which the finest
+  /// level and what is drawn are at most so far from each other: a length, or with
+  /// `distance_in_diagonals` a part of the diagonal of the box around the base vertices. Neighbours
+  /// differ by one level at most. Until the commit, the levels of all faces take disk space. Not
+  /// with `resume`, and not for a backend that is not durable.
+  std::optional<double> max_distance = {};
+  bool distance_in_diagonals = false;
+
   ExecutorKind executor = ExecutorKind::kAuto;  ///< sweep with `resume`, else fused
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   int threads = 1;
@@ -152,11 +160,17 @@ struct SubdivisionResult {
   double import_seconds = 0, layout_seconds = 0;
   double refine_seconds = 0;  ///< base mesh and all levels
   double commit_seconds = 0, digest_seconds = 0;
+  double prune_seconds = 0;  ///< with `max_distance`, also of the copy
   std::uint64_t stored_bytes = 0;
   /// Memory in addition to the budget: the base mesh, its records, and what
   /// PlannedSubdivision::needs() says.
   std::uint64_t base_mesh_bytes = 0;
-  PagingStatistics paging;  ///< until the end of the last commit
+  /// With `max_distance`: [finest level] faces, what is drawn, and the largest distance found.
+  /// Without, no faces.
+  std::vector<std::uint64_t> faces_of_level;
+  LevelCounts drawn = {};
+  double distance = 0;
+  PagingStatistics paging;  ///< until the end of the last commit, of the levels of all faces
   std::string digest;       ///< empty if the request does not ask for it
 
   /// refine_seconds divided by the number of vertices that the finest level has and the mesh does
