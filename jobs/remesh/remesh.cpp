@@ -47,6 +47,8 @@ constexpr WorkPart kSampling = {0, 700}, kWriting = {700, 760}, kWritingAttribut
                    kEncoding = {800, 830}, kMeasuringStore = {830, 910},
                    kMeasuringScan = {910, 1000};
 constexpr int kBalance = 1;  ///< levels by which neighbours differ, at most
+/// Of the largest distance, for what lies between the points that are measured.
+constexpr double kKeptBack = 1.0 / 32;
 /// With depths, what is written was measured before.
 constexpr WorkPart kFillingMemory = {700, 720}, kChoosingDepths = {720, 900},
                    kCopyingLevels = {900, 1000};
@@ -131,6 +133,7 @@ class ScanRun {
   BaseSamples sampled_;
   std::optional<Store> all_levels_;  ///< in memory, if the store has depths
   BaseMesh base_of_store_;           ///< with the depths
+  double farthest_vertex_ = 0;       ///< of the scan, if the store has depths
 };
 
 void ScanRun::check_request() const {
@@ -277,7 +280,9 @@ void ScanRun::choose_depths() {
       Store::create({}, BaseMesh(sampled_.surface.base), options, default_backends(), kProvenance));
   fill(*all_levels_, kFillingMemory.nth(0, 2), kFillingMemory.nth(1, 2));
   report_.prune_seconds += clock.lap();
-  ToleranceSearch search(report_.max_distance, std::max(report_.to_store.max, report_.to_scan.max));
+  const double all_levels = std::max(report_.to_store.max, report_.to_scan.max);
+  const double limit = std::max((1 - kKeptBack) * report_.max_distance, all_levels);
+  ToleranceSearch search(limit, all_levels);
   for (WorkPart left = kChoosingDepths;; left = left.nth(1, 2)) {
     const WorkPart now = left.nth(0, 2);
     clock.lap();
@@ -301,9 +306,9 @@ void ScanRun::choose_depths() {
     report_.prune_seconds += clock.lap();
     measure(drawn_triangles(sampled_.surface, base_of_store_), now.of(kDepthsStore),
             now.of(kDepthsScan), report_.max_distance);
-    const double found = std::max(report_.to_store.max, report_.to_scan.max);
+    const double found = std::max({report_.to_store.max, report_.to_scan.max, farthest_vertex_});
     // All levels were near enough.
-    if (found <= report_.max_distance || search.tolerance() == 0) break;
+    if (found <= limit || search.tolerance() == 0) break;
     search.next(found);
   }
   const LevelCounts counts = counts_at_level(base_of_store_, request_.levels);
@@ -359,6 +364,7 @@ void ScanRun::measure(const IndexedMesh& small, WorkPart to_store, WorkPart to_s
                                         .far = far,
                                         .phase = "distance to the store",
                                         .progress = progress_.during(to_store)});
+  if (all_levels_) farthest_vertex_ = farthest_vertex(scan_, store_tree);
   report_.to_scan = measure_distances(store, *scan_tree_, scan,
                                       {.samples = request_.report_samples,
                                        .far = far,

@@ -52,6 +52,18 @@ ProgressCallback nth_of(const ProgressCallback& progress, std::uint64_t number,
   };
 }
 
+std::vector<ClosestPoint> closest_of_vertices(const Surface& scan, const TriangleTree& tree) {
+  std::vector<ClosestPoint> closest(scan.positions.size());
+  for_parts(closest.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    FaceId hint = 0;
+    for (std::size_t vertex = first; vertex < last; ++vertex) {
+      closest[vertex] = tree.closest(scan.positions[vertex], hint);
+      hint = closest[vertex].face;
+    }
+  });
+  return closest;
+}
+
 /// The number of faces that a thread writes between two calls of the progress callback.
 constexpr FaceId kFacesAtOnce = 64;
 
@@ -141,17 +153,17 @@ IndexedMesh drawn_triangles(const SampledSurface& surface, const BaseMesh& deep)
   return mesh;
 }
 
+double farthest_vertex(const Surface& scan, const TriangleTree& tree) {
+  double most = 0;
+  for (const ClosestPoint& point : closest_of_vertices(scan, tree))
+    most = std::max(most, point.squared_distance);
+  return std::sqrt(most);
+}
+
 std::vector<float> distances_at_samples(const Surface& scan, const SampledSurface& surface) {
   const IndexedMesh small = small_triangles(surface);
   const TriangleTree tree(small.positions, small.faces);
-  std::vector<ClosestPoint> closest(scan.positions.size());
-  for_parts(closest.size(), [&](std::size_t first, std::size_t last, std::size_t) {
-    FaceId hint = 0;
-    for (std::size_t vertex = first; vertex < last; ++vertex) {
-      closest[vertex] = tree.closest(scan.positions[vertex], hint);
-      hint = closest[vertex].face;
-    }
-  });
+  const std::vector<ClosestPoint> closest = closest_of_vertices(scan, tree);
   std::vector<float> distances(surface.positions.size(), 0);
   for (const ClosestPoint& point : closest)
     for (const VertexId sample : small.faces[point.face])

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "distance/closest_point.h"
 #include "plait/base_mesh.h"
 #include "plait/detail/namespace.h"
 #include "plait/progress.h"
@@ -40,6 +41,10 @@ IndexedMesh small_triangles(const SampledSurface& surface);
 /// What is drawn of `deep`, the same base mesh with depths (docs/adaptive.md). The positions are
 /// all that the surface has.
 IndexedMesh drawn_triangles(const SampledSurface& surface, const BaseMesh& deep);
+
+/// The largest distance of a vertex of the scan from the triangles of the tree. All threads of the
+/// present arena.
+double farthest_vertex(const Surface& scan, const TriangleTree& tree);
 
 /// How far the scan is from the small triangles: at each sample, the largest distance of those
 /// vertices of the scan whose closest triangle has it as a corner, or 0. All threads of the present
