@@ -48,7 +48,7 @@ constexpr WorkPart kSampling = {0, 700}, kWriting = {700, 760}, kWritingAttribut
                    kMeasuringScan = {910, 1000};
 constexpr int kBalance = 1;  ///< levels by which neighbours differ, at most
 /// Of the largest distance, for what lies between the points that are measured.
-constexpr double kKeptBack = 1.0 / 32;
+constexpr double kKeptBackFromScan = 1.0 / 32;
 /// With depths, what is written was measured before.
 constexpr WorkPart kFillingMemory = {700, 720}, kChoosingDepths = {720, 900},
                    kCopyingLevels = {900, 1000};
@@ -281,7 +281,7 @@ void ScanRun::choose_depths() {
   fill(*all_levels_, kFillingMemory.nth(0, 2), kFillingMemory.nth(1, 2));
   report_.prune_seconds += clock.lap();
   const double all_levels = std::max(report_.to_store.max, report_.to_scan.max);
-  const double limit = std::max((1 - kKeptBack) * report_.max_distance, all_levels);
+  const double limit = std::max((1 - kKeptBackFromScan) * report_.max_distance, all_levels);
   ToleranceSearch search(limit, all_levels);
   for (WorkPart left = kChoosingDepths;; left = left.nth(1, 2)) {
     const WorkPart now = left.nth(0, 2);
