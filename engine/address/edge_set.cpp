@@ -23,7 +23,7 @@ EdgeSet::EdgeSet(std::span<const EdgeId> edges) {
   std::uint64_t before = 0;
   for (EdgeGroup& group : groups) {
     group.before = before;
-    before += static_cast<std::uint64_t>(std::popcount(group.members));
+    before += count_bits(group.members);
   }
   owned_ = std::make_shared<const std::vector<EdgeGroup>>(std::move(groups));
   groups_ = *owned_;

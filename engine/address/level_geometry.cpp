@@ -113,9 +113,13 @@ Slot LevelGeometry::shaped_slot(EdgeId edge) const {
   const EdgeSet::Position absent = shapes_.absent().find(edge);
   const std::uint64_t offset =
       (edge - absent.rank) * whole_bytes_ - half.rank * half_saving_bytes_ - origin_;
-  if (half.is_member) return {offset, whole_bytes_ - half_saving_bytes_, SlotShape::kHalf};
-  if (absent.is_member) return {offset, 0, SlotShape::kAbsent};
-  return {offset, whole_bytes_, SlotShape::kWhole};
+  // Without branches: where faces have depths of their own, no processor foresees the shape.
+  const std::uint64_t is_half = half.is_member, is_absent = absent.is_member;
+  static_assert(static_cast<int>(SlotShape::kWhole) == 0 &&
+                static_cast<int>(SlotShape::kHalf) == 1 &&
+                static_cast<int>(SlotShape::kAbsent) == 2);
+  return {offset, whole_bytes_ * (1 - is_absent) - half_saving_bytes_ * is_half,
+          static_cast<SlotShape>(is_half + 2 * is_absent)};
 }
 
 std::uint64_t LevelGeometry::uneven_block_of(EdgeId edge) const {

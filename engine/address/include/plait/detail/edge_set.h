@@ -7,7 +7,6 @@
 // tests/engine/address/edge_set_test.cpp.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -48,16 +47,18 @@ class EdgeSet {
     if (edge / 64 >= groups_.size()) return {size_, false};
     const EdgeGroup& group = groups_[edge / 64];
     const std::uint64_t bit = std::uint64_t{1} << edge % 64;
-    const std::uint64_t below = group.members & (bit - 1);
-    // Members are rare, so `below` is mostly 0. Then there is no popcount, which is a function call
-    // where the build does not allow the processor's popcount instruction.
-    const std::uint64_t rank =
-        below == 0 ? group.before : group.before + static_cast<std::uint64_t>(std::popcount(below));
-    return {rank, (group.members & bit) != 0};
+    return {group.before + count_bits(group.members & (bit - 1)), (group.members & bit) != 0};
   }
   bool intersects(const EdgeSet& other) const noexcept;
 
  private:
+  /// As std::popcount, which is a function call where the build does not allow the processor's
+  /// instruction.
+  static std::uint64_t count_bits(std::uint64_t bits) noexcept {
+    bits -= bits >> 1 & 0x5555'5555'5555'5555;
+    bits = (bits & 0x3333'3333'3333'3333) + (bits >> 2 & 0x3333'3333'3333'3333);
+    return ((bits + (bits >> 4)) & 0x0f0f'0f0f'0f0f'0f0f) * 0x0101'0101'0101'0101 >> 56;
+  }
   struct EdgeGroup {
     std::uint64_t members = 0;  ///< bit i is edge 64 p + i, where p is the group's number
     std::uint64_t before = 0;   ///< members of the parts before
