@@ -146,13 +146,13 @@ class EdgeLattice {
             mesh_, grid_, side, side != around.faces[0],
             [&](std::int64_t point, VertexId vertex) { at(0, 0)[point] = base_[vertex]; });
     // A vertex that is not known is replaced by coarser ones, so those come first. The edge itself
-    // has its whole slot between the two faces, or a half slot in the first one.
+    // has its whole slot between the two faces, or a half slot in the first one. What the other
+    // face would have of a whole slot is not read then: of this face only the row of points next to
+    // the edge is, and none of them, nor of those that replace them, is in the edge's slot.
     const GridSide own{false, 0, SlotView::kWhole};
     const bool is_turned = around.faces[0] != mesh_.edges[around.edge].own;
     for (int refinement = 1; refinement < refinement_; ++refinement) {
       const auto& slots = found.of_level[static_cast<std::size_t>(refinement - 1)];
-      if (!around.is_border && !has(around.faces[1], refinement)) [[unlikely]]
-        gather_slot({nullptr, SlotShape::kHalf}, {true, 0, SlotView::kHalf}, refinement);
       if (is_turned && slots[0].shape == SlotShape::kWhole) [[unlikely]] {
         gather_slot(slots[0], {false, 0, SlotView::kOther}, refinement);
         gather_slot(slots[0], {true, 0, SlotView::kOwn}, refinement);
