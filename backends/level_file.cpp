@@ -17,7 +17,7 @@ void check_fixed_entries(const LevelSpec& level) {
   const LevelGeometry& geometry = level.geometry;
   for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
     const BlockEntry& entry = level.table[block];
-    if (entry.encoding == BlockEncoding::kNeverWritten) continue;
+    if (entry.encoding == BlockEncoding::kNeverWritten || entry.file != kLevelFile) continue;
     if (entry.encoding == BlockEncoding::kRaw && entry.offset == geometry.block_offset(block) &&
         entry.stored_bytes == geometry.block_bytes(block))
       continue;
@@ -51,7 +51,7 @@ File open_fixed_file(const LevelSpec& level) {
   }
   try {
     file.resize(bytes);
-    if (!level.is_sparse) file.preallocate(bytes);
+    file.preallocate(bytes);
   } catch (...) {
     level.directory.remove_if_possible(level.name);
     throw;

@@ -19,10 +19,10 @@ constexpr std::uint64_t kPageBytes = 4096;
 /// The size of the file of a fixed-offset level, in bytes.
 std::uint64_t fixed_file_bytes(const LevelGeometry& geometry);
 
-/// Creates or opens the level's file. A new file gets its full size, and, unless it is sparse, its
-/// space is allocated on the disk; if that fails, the file is removed. For an existing file, the
-/// function checks its size and every entry of the block table. Errors: kCorruption, kIo, kNoSpace;
-/// kInvalidArgument as check_level.
+/// Creates or opens the level's file. A new file gets its full size, and its space is allocated on
+/// the disk; if that fails, the file is removed. For an existing file, the function checks its size
+/// and the entry of every block that it has. Errors: kCorruption, kIo, kNoSpace; kInvalidArgument
+/// as check_level.
 File open_fixed_file(const LevelSpec& level);
 
 /// Throws kInvalidArgument if the table does not have one entry per block of the level, or if a

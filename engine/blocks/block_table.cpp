@@ -54,7 +54,7 @@ BlockTable BlockTable::part(std::uint64_t first, std::uint64_t count) const {
   result.first_number_ = first_number_ + first;
   result.attribute_ = attribute_;
   result.level_ = level_;
-  result.generations_ = generations_;
+  result.generation_ = generation_;
   result.entries_.reserve(count);
   for (std::uint64_t block = first; block < first + count; ++block)
     result.entries_.push_back((*this)[block]);

@@ -24,16 +24,25 @@ bool is_number_of_file(std::string_view text) {
   return digits == text.size() || (shard && is_number(*shard));
 }
 
-}  // namespace
-
-std::optional<std::uint64_t> version_described_by(std::string_view name) {
-  const auto digits = after("version.", name);
+/// N of the name `prefix` + N, as plait writes it.
+std::optional<std::uint64_t> version_after(std::string_view prefix, std::string_view name) {
+  const auto digits = after(prefix, name);
   if (!digits || !is_number(*digits)) return std::nullopt;
   std::uint64_t version = 0;
   const auto end = digits->data() + digits->size();
   const auto [rest, error] = std::from_chars(digits->data(), end, version);
-  if (error != std::errc() || version_file_name(version) != name) return std::nullopt;
+  if (error != std::errc() || fmt::format("{}{}", prefix, version) != name) return std::nullopt;
   return version;
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> version_described_by(std::string_view name) {
+  return version_after("version.", name);
+}
+
+std::optional<std::uint64_t> change_log_generation(std::string_view name) {
+  return version_after("changes.", name);
 }
 
 bool is_of_version_alone(std::string_view name, std::uint64_t version) {
@@ -52,6 +61,7 @@ bool is_bounds_file_name(std::string_view name) {
 
 bool is_version_file_name(std::string_view name) {
   if (const auto version = after("version.", name)) return is_number_of_file(*version);
+  if (const auto version = after("changes.", name)) return is_number(*version);
   const auto rest = after("attribute", name);
   if (!rest) return false;
   const std::size_t digits = std::min(rest->find('.'), rest->size());

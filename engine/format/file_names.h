@@ -44,6 +44,13 @@ inline std::string version_file_name(std::uint64_t version) {
   return fmt::format("version.{}", version);
 }
 
+/// The change log that a version made (format/change_record.h).
+inline std::string change_log_name(std::uint64_t generation) {
+  return fmt::format("changes.{}", generation);
+}
+/// G for the name "changes.G"; nothing for other names.
+std::optional<std::uint64_t> change_log_generation(std::string_view name);
+
 /// The block tables of one shard.
 inline std::string tables_file_name(std::uint64_t version, std::uint32_t shard) {
   return fmt::format("version.{}.shard{}", version, shard);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "format/byte_order.h"
+#include "format/change_record.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
 #include "plait/error.h"
@@ -18,17 +19,18 @@ namespace {
 
 constexpr std::array<unsigned char, 8> kManifestMagic = {0x89, 'p', 'l', 'a', 'i', 't', '\r', '\n'};
 constexpr std::uint32_t kManifestVersion = 3;
-constexpr std::size_t kSequenceOffset = 40, kChecksumOffset = 4088;
+constexpr std::size_t kSequenceOffset = 40, kDescribedOffset = 64, kChecksumOffset = 4088;
 
 /// A required feature changes the meaning of a store's bytes.
 void refuse_unknown_features(std::uint32_t required, const std::filesystem::path& path) {
-  constexpr std::uint32_t kKnown = kPredictedBlocks | kShards | kDepths;
+  constexpr std::uint32_t kKnown = kPredictedBlocks | kShards | kDepths | kChangeLog;
   required &= ~kKnown;
   if (required == 0) return;
   throw Error(
       ErrorCode::kNotSupported,
       fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
-                  "knows only those of flags 0, 1 and 2: predicted blocks, shards and depths",
+                  "knows only those of flags 0 to 3: predicted blocks, shards, depths and a "
+                  "change log",
                   path.native(), std::countr_zero(required), program_version()));
 }
 
@@ -67,6 +69,10 @@ ManifestSlot encode_manifest(const Manifest& manifest) {
   save(bytes, kSequenceOffset, manifest.sequence);
   save(bytes, 48, manifest.version_bytes);
   save(bytes, 56, manifest.version_checksum);
+  if (manifest.log.generation != 0) {
+    save(bytes, kDescribedOffset, manifest.described);
+    save(bytes, kDescribedOffset + 8, manifest.log);
+  }
   save(bytes, kChecksumOffset, checksum_of(bytes.first(kChecksumOffset)));
   return slot;
 }
@@ -97,6 +103,20 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
   manifest.version_checksum = load<std::uint64_t>(slot, 56);
   require(manifest.sequence > 0 && manifest.sequence <= kMaxSequence, "sequence number",
           manifest.sequence);
+  manifest.described = manifest.sequence;
+  if ((manifest.required_features & kChangeLog) == 0) return manifest;
+  manifest.described = load<std::uint64_t>(slot, kDescribedOffset);
+  manifest.log = load<LogPlace>(slot, kDescribedOffset + 8);
+  const LogPlace& log = manifest.log;
+  require(manifest.described > 0 && manifest.described <= manifest.sequence &&
+              manifest.sequence - manifest.described <= kMostChangeRecords,
+          "described version", manifest.described);
+  require(log.generation > 0 && log.generation <= manifest.described, "change log's version",
+          log.generation);
+  require(log.bytes <= std::uint64_t{1} << 62, "size of the change log", log.bytes);
+  const bool has_records = manifest.described < manifest.sequence;
+  require(has_records ? log.last_record > 0 && log.last_record < log.bytes : log.last_record == 0,
+          "place of the last record", log.last_record);
   return manifest;
 }
 

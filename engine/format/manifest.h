@@ -1,5 +1,5 @@
 // The manifest names the newest version of a store, and has the size and the checksum of the file
-// that describes this version. Byte table: docs/format.md.
+// that describes it, and the place of the changes since. Byte table: docs/format.md.
 #pragma once
 
 #include <array>
@@ -15,11 +15,25 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+/// Where the records of small commits are (format/change_record.h).
+struct LogPlace {
+  std::uint64_t generation = 0;     ///< the version that made the log's file; 0: there is no log
+  std::uint64_t bytes = 0;          ///< of the file, that the version needs
+  std::uint64_t last_record = 0;    ///< offset of the last record; 0 if there is none
+  std::uint64_t last_checksum = 0;  ///< of that record
+
+  friend bool operator==(const LogPlace&, const LogPlace&) = default;
+};
+
 struct Manifest {
   StoreUuid uuid{};
   std::uint64_t sequence = 0;
-  std::uint64_t version_bytes = 0, version_checksum = 0;  ///< of the file version.S
-  std::uint32_t required_features = 0;                    ///< bits of RequiredFeature
+  std::uint64_t version_bytes = 0, version_checksum = 0;  ///< of the file version.T
+  /// T, the version that the file describes. The log has a record of each version from T + 1 to the
+  /// sequence number, which changes some blocks.
+  std::uint64_t described = 0;
+  LogPlace log = {};
+  std::uint32_t required_features = 0;  ///< bits of RequiredFeature
   /// Of the features below; a reader ignores others.
   std::uint32_t optional_features = 0;
 
@@ -31,6 +45,7 @@ enum RequiredFeature : std::uint32_t {
   kPredictedBlocks = 1,  ///< a block table has a predicted block
   kShards = 2,           ///< the levels are in shards, which the description lists at its end
   kDepths = 4,           ///< faces have depths of their own, in the file "depths"
+  kChangeLog = 8,        ///< the version has a change log
 };
 
 /// Optional features: the description ends with how attributes were rounded, with texts, with

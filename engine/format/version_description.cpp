@@ -35,15 +35,6 @@ std::vector<std::size_t> range_sizes(const std::vector<LevelRecord>& levels) {
   return sizes;
 }
 
-void encode_generations(std::span<const Generation> generations, FieldWriter& fields) {
-  fields.put(generations.front().version);
-  fields.put(static_cast<std::uint32_t>(generations.size() - 1));
-  for (const Generation& sparse : generations.subspan(1)) {
-    fields.put(sparse.version);
-    fields.put(sparse.blocks);
-  }
-}
-
 void encode_attribute(const AttributeRecord& attribute, FieldWriter& fields) {
   if (!is_attribute_name(attribute.schema.name))
     throw Error(ErrorCode::kInvalidArgument,
@@ -66,7 +57,10 @@ void encode_attribute(const AttributeRecord& attribute, FieldWriter& fields) {
     fields.put_text(level.pipeline.to_text(), kMaxTextBytes, "a level's pipeline");
     first += size;
   }
-  for (const LevelRecord& level : attribute.levels) encode_generations(level.generations, fields);
+  for (const LevelRecord& level : attribute.levels) {
+    fields.put(level.generation);
+    fields.put(std::uint32_t{0});
+  }
 }
 
 /// Another program may know text that is no pipeline here, so this is no corruption.
@@ -127,25 +121,15 @@ class AttributeDecoder {
     }
     fields_.require(attribute.levels.size() == count, "the number of levels in all ranges",
                     attribute.levels.size());
-    for (LevelRecord& level : attribute.levels) take_generations(level);
+    for (LevelRecord& level : attribute.levels) take_generation(level);
   }
 
-  void take_generations(LevelRecord& level) {
-    std::uint64_t newest = 0;
-    const auto take_version = [&] {
-      const auto version = fields_.take<std::uint64_t>("a level's generation");
-      fields_.require(version > newest && version <= sequence_, "a level's generation", version);
-      return newest = version;
-    };
-    level.generations.push_back({take_version(), 0});
-    const auto count = fields_.take<std::uint32_t>("a number of sparse files");
-    fields_.require(count <= kMostSparseFiles, "a number of sparse files", count);
-    for (std::uint32_t at = 0; at < count; ++at) {
-      const std::uint64_t version = take_version();
-      const auto blocks = fields_.take<std::uint64_t>("the number of blocks of a sparse file");
-      fields_.require(blocks > 0, "the number of blocks of a sparse file", blocks);
-      level.generations.push_back({version, blocks});
-    }
+  void take_generation(LevelRecord& level) {
+    level.generation = fields_.take<std::uint64_t>("a level's generation");
+    fields_.require(level.generation > 0 && level.generation <= sequence_, "a level's generation",
+                    level.generation);
+    const auto other_files = fields_.take<std::uint32_t>("a level's other files");
+    fields_.require(other_files == 0, "a level's other files", other_files);
   }
 
   Representation take_representation(const AttributeRecord& attribute) {

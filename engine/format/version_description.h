@@ -27,7 +27,7 @@ enum class Representation : std::uint32_t {
 struct LevelRecord {
   Pipeline pipeline = {};
   Representation representation = Representation::kValues;
-  std::vector<Generation> generations;  ///< the level's files: the whole one, then sparse ones
+  std::uint64_t generation = 0;  ///< the version that made the level's file
 
   friend bool operator==(const LevelRecord&, const LevelRecord&) = default;
 };

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "format/byte_order.h"
+#include "format/change_record.h"
 #include "format/checksum.h"
 #include "format/version_description.h"
 
@@ -19,17 +20,22 @@ constexpr char kVersionMagic[] = "plaitver";
 constexpr std::size_t kVersionHeaderBytes = 32;
 constexpr std::uint32_t kVersionFormat = 1;
 
-bool is_in_range(const BlockEntry& entry, std::uint64_t block_bytes, std::size_t files) {
-  if (entry.offset > (std::uint64_t{1} << 62) || entry.file >= files) return false;
+bool is_in_range(const BlockEntry& entry, std::uint64_t block_bytes, std::uint64_t log_bytes) {
+  if (entry.offset > (std::uint64_t{1} << 62)) return false;
+  if (entry.file == kLogFile)
+    return entry.encoding == BlockEncoding::kRaw && entry.stored_bytes == block_bytes &&
+           entry.offset % kLogAlignment == 0 && entry.offset <= log_bytes &&
+           block_bytes <= log_bytes - entry.offset;
+  if (entry.file != kLevelFile) return false;
   switch (entry.encoding) {
     case BlockEncoding::kNeverWritten:
-      return entry.offset == 0 && entry.stored_bytes == 0 && entry.checksum == 0 && entry.file == 0;
+      return entry.offset == 0 && entry.stored_bytes == 0 && entry.checksum == 0;
     case BlockEncoding::kRaw:
       return entry.stored_bytes == block_bytes;
     case BlockEncoding::kEncoded:
       return entry.stored_bytes > 0 && entry.stored_bytes < block_bytes;
     case BlockEncoding::kPredicted:
-      return entry.offset == 0 && entry.stored_bytes == 0 && entry.file == 0;
+      return entry.offset == 0 && entry.stored_bytes == 0;
   }
   return false;
 }
@@ -82,7 +88,7 @@ BlockTablesReader::BlockTablesReader(std::span<const std::byte> bytes, std::file
     : rest_(bytes), path_(std::move(path)) {}
 
 std::vector<BlockEntry> BlockTablesReader::next_level(const LevelGeometry& geometry,
-                                                      std::size_t files) {
+                                                      std::uint64_t log_bytes) {
   if (rest_.size() / sizeof(BlockEntry) < geometry.block_count())
     throw refuse("the block tables end before the last level");
   std::vector<BlockEntry> entries(geometry.block_count());
@@ -90,7 +96,7 @@ std::vector<BlockEntry> BlockTablesReader::next_level(const LevelGeometry& geome
   if (bytes > 0) std::memcpy(entries.data(), rest_.data(), bytes);
   rest_ = rest_.subspan(bytes);
   for (std::uint64_t block = 0; block < entries.size(); ++block)
-    if (!is_in_range(entries[block], geometry.block_bytes(block), files))
+    if (!is_in_range(entries[block], geometry.block_bytes(block), log_bytes))
       throw refuse(fmt::format("the table entry of block {} is out of range", block));
   return entries;
 }

@@ -37,9 +37,9 @@ class BlockTablesReader {
   /// `bytes` must outlive this object; `path` is for messages.
   BlockTablesReader(std::span<const std::byte> bytes, std::filesystem::path path);
 
-  /// Reads the entries of the next level, which has `files` files. Errors: kCorruption for an entry
-  /// out of its range, or too few entries.
-  std::vector<BlockEntry> next_level(const LevelGeometry& geometry, std::size_t files);
+  /// Reads the entries of the next level. The store's change log has `log_bytes` bytes. Errors:
+  /// kCorruption for an entry out of its range, or too few entries.
+  std::vector<BlockEntry> next_level(const LevelGeometry& geometry, std::uint64_t log_bytes = 0);
 
   /// Throws kCorruption if there are bytes after the last level.
   void finish() const;

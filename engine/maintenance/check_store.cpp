@@ -73,15 +73,17 @@ class StructureCheck {
       base_known = false;
     }
     std::vector<StoredLevel> levels = version_.levels(result_.base);
-    const bool tables_known = check(
-        named(StoreFile::kBlockTables, version_.version_name(), "",
-              StoredSize{version_.manifest().version_bytes, version_.manifest().version_checksum}),
-        [&] {
-          if (base_known)
-            version_.read_tables_into(levels);
-          else
-            version_.check_version_file();
-        });
+    const bool log_known = !version_.has_log() || check_log();
+    const bool tables_known = check(named(StoreFile::kBlockTables, version_.version_name(), "",
+                                          StoredSize{version_.manifest().version_bytes,
+                                                     version_.manifest().version_checksum}),
+                                    [&] {
+                                      if (base_known && log_known)
+                                        version_.read_tables_into(levels);
+                                      else
+                                        version_.check_version_file();
+                                    }) &&
+                              log_known;
     std::set<std::uint32_t> unknown_shards;
     if (base_known && tables_known) unknown_shards = check_shard_tables(levels);
     for (const FaceAttributeRecord& attribute : description_.face_attributes) {
@@ -93,9 +95,10 @@ class StructureCheck {
     for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
       const AttributeRecord& attribute = description_.attributes[at];
       const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
-      check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
-                  attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
-            [&] { version_.read_base_records(attribute); });
+      if (log_known)
+        check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
+                    attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
+              [&] { version_.read_base_records(attribute); });
       for (StoredLevel& level : levels)
         if (level.attribute != at)
           continue;
@@ -116,6 +119,10 @@ class StructureCheck {
     file.reason = std::move(*reason);
     result_.damaged.push_back(std::move(file));
     return false;
+  }
+
+  bool check_log() {
+    return check(named(StoreFile::kChangeLog, version_.log_name()), [&] { version_.changes(); });
   }
 
   /// Without the base mesh, only that the file is there.
@@ -191,7 +198,7 @@ class StructureCheck {
   StoreCheck& result_;
 };
 
-/// Reads the other slot of the manifest. Returns the older version that it names; adds a note if it
+/// Reads the other slot of the manifest. Returns the version whose file it names; adds a note if it
 /// is damaged.
 std::optional<std::uint64_t> look_at_other_slot(const Directory& store, std::uint64_t newest,
                                                 StoreCheck& result) {
@@ -202,7 +209,7 @@ std::optional<std::uint64_t> look_at_other_slot(const Directory& store, std::uin
   if (there) file.read_at(offset, slot);
   if (there && is_whole_slot(slot)) {
     try {
-      if (!is_begun_slot(slot)) return decode_manifest(slot, file.path()).sequence;
+      if (!is_begun_slot(slot)) return decode_manifest(slot, file.path()).described;
     } catch (const Error& error) {
       result.notes.push_back(fmt::format("the older version: {}", error.what()));
     }
@@ -261,11 +268,12 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) tr
   StoreCheck result;
   result.files = 1;
   result.lock = why_unusable_lock(store).value_or("");
-  const std::uint64_t newest = read_manifest(store).sequence;
+  const Manifest manifest = read_manifest(store);
+  const std::uint64_t newest = manifest.sequence;
   std::optional<StoredVersion> opened;
   // The capture calls open_for_reading() outside reason_of() on purpose: its errors concern the
   // whole store.
-  const std::string version_name = version_file_name(newest);
+  const std::string version_name = version_file_name(manifest.described);
   const auto reason = store.contains(version_name)
                           ? reason_of([&, version = open_for_reading(store)]() mutable {
                               opened.emplace(store, std::move(version));
@@ -274,7 +282,7 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) tr
   result.sequence = opened ? opened->manifest().sequence : newest;
   const auto older = look_at_other_slot(store, result.sequence, result);
   if (reason) {
-    DamagedFile file = named(StoreFile::kDescription, version_file_name(result.sequence));
+    DamagedFile file = named(StoreFile::kDescription, version_name);
     file.reason = *reason;
     result.damaged.push_back(std::move(file));
     return result;

@@ -108,7 +108,7 @@ struct FileRepair {
       tell("seal blocks", tables.size(), levels.size());
       level.table = BlockTable(version.manifest().uuid, level.number, level.level,
                                level.geometry.block_count());
-      is_known = is_known && level.file_names().size() == 1;  // else it is not known which has what
+      is_known = is_known && !version.has_log();  // else it is not known which blocks it has
       for (std::uint64_t block = 0; is_known && block < level.geometry.block_count(); ++block) {
         const std::uint64_t offset = level.geometry.block_offset(block);
         const auto bytes = bytes_left(store, level.file_names().front(), offset,
@@ -119,7 +119,7 @@ struct FileRepair {
       tables.push_back(&level.table);
     }
     if (!is_known || !write(file, version.version_file_with(tables)))
-      return "a level is damaged too, or has sparse files or blocks that were never written";
+      return "a level is damaged too, or has blocks in the change log or never written ones";
     return std::nullopt;
   }
 
@@ -143,7 +143,7 @@ struct FileRepair {
     for (std::uint64_t block = 0; block < level.table.size(); ++block) {
       tell("rebuild " + file.name, block, level.table.size());
       const BlockEntry& entry = level.table[block];
-      if (entry.file != file.file || entry.encoding == BlockEncoding::kNeverWritten ||
+      if (entry.file != kLevelFile || entry.encoding == BlockEncoding::kNeverWritten ||
           entry.encoding == BlockEncoding::kPredicted)
         continue;  // no byte of it is in the file
       if (const auto left = bytes_left(store, file.name, entry.offset, entry.stored_bytes);

@@ -1,17 +1,13 @@
-// Which files of a level a new version has. A fold moves blocks so that a level keeps few files
-// which are not much larger than the level:
+// Where the blocks of a level are in a new version. A fold moves blocks, so that the log is not
+// much larger than what counts of it:
 //
-//  blocks in the new file   in all sparse files   the version has
-//  half of the level's      -                     the new file, to which all others are copied;
-//  also
-//                                                 if a pass was to write all blocks, and wrote few
-//  fewer                    fewer than half       the files there are, and the new one
-//  fewer                    half, or there are    the whole file, to which the older sparse blocks
-//                           too many files        are copied, and the new one
+//  the level has a new generation      all blocks are copied to it
+//  the log has half of the levels' bytes, and a new one has begun; of the level's blocks,
+//    a quarter is in the logs          they make a new generation, to which all are copied
+//    fewer are                         those in the former log are copied to the new one
 //
-// The last row overwrites places in the whole file. The committed version does not read its blocks
-// there, because it has them in sparse files. While readers have older versions open, which may
-// read these places, the older sparse blocks are copied to the new file instead.
+// No byte that a version names is overwritten, so neither a crash nor a reader of an older version
+// finds anything changed.
 #include <algorithm>
 #include <optional>
 
@@ -22,77 +18,86 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void GenerationLevel::sync(bool durable) {
-  if (new_.backend) {
-    fold();
-    enter_files();
-    new_.backend->sync(durable);
+  if (volume_.has_former() && !new_.backend) {
+    if (4 * count_in_log() >= places_.size())
+      make_new_file();
+    else
+      leave_former_log();
   }
-  files_.front().backend->sync(durable);
+  if (new_.backend) {
+    fill_new_file();
+    new_.backend->sync(durable);
+  } else if (file_has_changed_) {
+    file_.backend->sync(durable);
+  }
 }
 
-void GenerationLevel::fold() {
-  const Home last_sparse = static_cast<Home>(files_.size() - 1);
-  const bool is_due = holds_half(sparse_blocks()) || files_.size() > kMostSparseFiles;
-  if (is_due && last_sparse > 0 && !new_is_whole())
-    move_blocks(1, last_sparse, volume_.has_held_ ? new_home() : Home{0});
-  if (new_is_whole()) move_blocks(0, last_sparse, new_home());
+void GenerationLevel::leave_former_log() {
+  std::vector<std::byte> bytes(level_.geometry.max_block_bytes());
+  for (std::uint64_t block = 0; block < places_.size(); ++block) {
+    const BlockPlace place = places_[block];
+    if (!volume_.is_in_former(place)) continue;
+    const std::span<std::byte> of_block =
+        std::span(bytes).first(level_.geometry.block_bytes(block));
+    volume_.log_at(place).read(log_offset(place), of_block);
+    const BlockPlace moved = volume_.append(of_block);
+    places_[block] = moved;
+    level_.table.entries()[block].offset = log_offset(moved);
+  }
 }
 
-void GenerationLevel::move_blocks(Home first, Home last, Home to) {
+void GenerationLevel::fill_new_file() {
   const LevelGeometry& geometry = level_.geometry;
-  std::optional<File> target, source;
-  std::optional<Home> open_source;
-  for (std::uint64_t block = 0; block < home_.size();) {
-    const Home from = home_[block];
-    if (from < first || from > last || !is_stored(block)) {
-      ++block;
+  File target(level_.directory, new_.name, OpenMode::kReadWrite);
+  const File source(level_.directory, file_.name, OpenMode::kRead);
+  std::vector<std::byte> bytes(geometry.max_block_bytes());
+  for (std::uint64_t block = 0; block < places_.size();) {
+    const BlockPlace place = places_[block];
+    const std::uint64_t begin = block++;
+    if (place == kInNewFile || !is_stored(begin)) {
+      places_[begin] = kInNewFile;
       continue;
     }
-    const std::uint64_t begin = block;
-    while (block < home_.size() && home_[block] == from && is_stored(block)) ++block;
-    if (!target) target.emplace(level_.directory, file_at(to).name, OpenMode::kReadWrite);
-    if (open_source != from) source.emplace(level_.directory, file_at(from).name, OpenMode::kRead);
-    open_source = from;
-    copy_range(*source, *target, geometry.block_offset(begin),
-               geometry.range_bytes(begin, block - begin));
-    for (std::uint64_t moved = begin; moved < block; ++moved) note_written(moved, to);
+    if (is_in_log(place)) {
+      const std::span<std::byte> of_block = std::span(bytes).first(geometry.block_bytes(begin));
+      volume_.log_at(place).read(log_offset(place), of_block);
+      target.write_at(geometry.block_offset(begin), of_block);
+    } else {
+      while (block < places_.size() && places_[block] == place && is_stored(block)) ++block;
+      copy_range(source, target, geometry.block_offset(begin),
+                 geometry.range_bytes(begin, block - begin));
+    }
+    for (std::uint64_t moved = begin; moved < block; ++moved) {
+      places_[moved] = kInNewFile;
+      BlockEntry& entry = level_.table.entries()[moved];
+      entry.offset = geometry.block_offset(moved);
+      entry.file = kLevelFile;
+    }
   }
+  level_.table.set_generation(new_.generation);
 }
 
-void GenerationLevel::enter_files() {
-  std::vector<std::uint64_t> blocks(files_.size() + 1);
-  for (std::uint64_t block = 0; block < home_.size(); ++block)
-    if (is_stored(block)) ++blocks[home_[block]];
-  new_.generation.blocks = new_is_whole() ? 0 : new_blocks_.load();
-  std::vector<Generation> kept;
-  kept_as_.assign(blocks.size(), kDropped);
-  for (std::size_t home = 0; home < blocks.size(); ++home) {
-    const bool is_whole = home == (new_is_whole() ? files_.size() : 0);
-    if (blocks[home] == 0 && !is_whole) continue;
-    kept_as_[home] = static_cast<Home>(kept.size());
-    kept.push_back(file_at(static_cast<Home>(home)).generation);
+void GenerationLevel::add_changes(std::vector<ChangedBlock>& changes) const {
+  for (const std::uint64_t block : changed_) {
+    const BlockEntry& entry = level_.table[block];
+    changes.push_back({level_.table.attribute(), static_cast<std::uint32_t>(level_.table.level()),
+                       block, entry.offset, entry.checksum});
   }
-  level_.table.set_generations(std::move(kept));
-  for (std::uint64_t block = 0; block < home_.size(); ++block)
-    level_.table.entries()[block].file =
-        is_stored(block) ? kept_as_[home_[block]] : std::uint16_t{0};
 }
 
 void GenerationLevel::begin_version() {
+  const bool is_known = is_in_log_alone();
   if (new_.backend) {
-    for (std::atomic<Home>& home : home_)
-      home = kept_as_[home] == kDropped ? Home{0} : kept_as_[home];
-    files_.push_back(std::move(new_));
+    for (std::atomic<BlockPlace>& place : places_) place = kInLevelFile;
+    file_ = std::move(new_);
     new_ = {};
-    std::vector<OpenFile> kept;
-    for (std::size_t home = 0; home < files_.size(); ++home)
-      if (kept_as_[home] != kDropped) kept.push_back(std::move(files_[home]));
-    files_ = std::move(kept);
-    new_blocks_ = 0;
-    has_room_ = false;
-    all_will_change_ = false;
   }
-  note_committed();
+  if (!is_known)
+    for (std::uint64_t block = 0; block < committed_.size(); ++block)
+      committed_[block] = is_stored(block);
+  changed_.clear();
+  all_will_change_ = false;
+  file_has_changed_ = false;
 }
 
 PLAIT_END_NAMESPACE

@@ -1,36 +1,48 @@
-// A volume around one whose backends overwrite in place. It stores a level in several files, the
-// level's generations: a whole one, which has room for all blocks, and sparse ones, each with the
-// blocks that one version wrote anew. The block table says which file has a block.
+// A volume around one whose backends overwrite in place. It stores a level in a file of its own,
+// the level's generation, and few changed blocks of all levels in the store's change log. The block
+// table says which of the two has a block.
 //
 // Invariants
-//  1. No byte of a block of the committed version changes in the file that the version names, nor a
-//     byte of a block of an older version that a reader has open.
-//  2. From the first write of a block of the committed version on, all that is written goes to a
-//     new file. A crash leaves it as a left-over, and the other files as they were.
-//  3. A commit takes the sparse files together (a fold) when their blocks are half of the level's.
+//  1. No byte of a block that a version names changes, in any file.
+//  2. A block of the committed version that is written anew goes to the change log, or to a new
+//     generation, if half of the level's blocks change or a pass is to change all.
+//  3. When the log has half as many bytes as the levels, the next block begins a new log. The
+//  commit
+//     moves what still counts of the former one to a new generation of a level, if that is a
+//     quarter of the level's blocks, or to the new log.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
+#include "format/change_record.h"
 #include "plait/extend/backend.h"
 #include "plait/extend/directory.h"
+#include "store/change_log.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class GenerationLevel;
 
+/// Where the blocks of a level are. An offset in one of the volume's two logs, with kInLog and
+/// kInSecondLog in its low bits, or one of the first two.
+using BlockPlace = std::uint64_t;
+inline constexpr BlockPlace kInLevelFile = 0, kInNewFile = 1, kInLog = 2, kInSecondLog = 3;
+constexpr bool is_in_log(BlockPlace place) { return (place & kInLog) != 0; }
+constexpr std::uint64_t log_offset(BlockPlace place) { return place & ~kInSecondLog; }
+
 class GenerationVolume final : public Volume {
  public:
-  /// `store` outlives this object. Version `sequence` is the committed one. Readers may have the
-  /// older versions `held` open.
+  /// `store` outlives this object. Version `sequence` is the committed one, and `log` is its change
+  /// log. Errors: those of ChangeLog.
   GenerationVolume(std::unique_ptr<Volume> inner, const Directory& store, std::uint64_t sequence,
-                   std::span<const std::uint64_t> held);
+                   const LogPlace& log, bool writable);
   ~GenerationVolume() override;
 
-  /// Opens all files that the level's table names; `level.name` is that of the whole one.
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override;
   std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
   std::uint64_t scratch_bytes_with(std::span<const FutureLevel> levels) const override {
@@ -38,14 +50,43 @@ class GenerationVolume final : public Volume {
   }
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override;
 
+  /// Whether all that the levels have written since the last commit is in the log of the committed
+  /// version. REQUIRES for this function and the next two: all levels were synced.
+  bool is_in_log_alone() const;
+  /// Appends the pieces' bytes and a record of all changed blocks, and syncs the log if `durable`.
+  /// Returns the log as the next version needs it. Errors: kIo, kNoSpace.
+  LogPlace commit_changes(const LogPlace& before,
+                          std::span<const std::span<const std::byte>> pieces,
+                          std::vector<ChangedRecords> records, bool durable);
+  /// The log of a version that has a file of its own, synced if `durable`. No log if no block is in
+  /// it.
+  LogPlace finish_log(bool durable);
+  /// Nothing that was written since the last commit counts. REQUIRES: no level is open.
+  void roll_back();
+
  private:
   friend class GenerationLevel;
+
+  ChangeLog& log_at(BlockPlace place) { return *logs_[place & 1]; }
+  /// Whether no version names the bytes there.
+  bool is_new(BlockPlace place) {
+    return is_in_log(place) && log_offset(place) >= log_at(place).committed();
+  }
+  /// Whether a new log has begun since the last commit, and blocks are in the former one.
+  bool has_former() const { return logs_[1 - current_] != nullptr; }
+  bool is_in_former(BlockPlace place) const {
+    return is_in_log(place) && has_former() && (place & 1) != current_;
+  }
+  BlockPlace append(std::span<const std::byte> bytes);
 
   std::unique_ptr<Volume> inner_;
   const Directory& store_;
   std::uint64_t sequence_;
-  bool has_held_;                         ///< readers may have older versions open
+  std::uint64_t most_log_bytes_ = 0;      ///< half of the bytes of all levels
   std::vector<GenerationLevel*> levels_;  ///< those that are open
+  std::mutex making_;                     ///< of a new log
+  std::array<std::unique_ptr<ChangeLog>, 2> logs_;
+  unsigned current_ = 0;  ///< the position of the log to which blocks are appended
 };
 
 PLAIT_END_NAMESPACE

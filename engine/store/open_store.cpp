@@ -67,6 +67,7 @@ Store::Implementation::~Implementation() {
   attributes.clear();
   snapshot.reset();
   telling = nullptr;
+  generations = nullptr;
   volume.reset();  // its scratch memory is part of the budget, which ends with the pager
   if (!on_disk() || !writable || is_part()) return;
   // Nobody can open a store that was never committed, so all its files are removed.
@@ -86,8 +87,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
   check_pipeline_of_depths(*this, schema, level.record.pipeline);
   const bool is_made_part = is_part() && mode != OpenMode::kRead;
   const std::string name =
-      is_made_part ? level_file_name(level.number, level.level,
-                                     level.record.generations.front().version, only_shard)
+      is_made_part ? level_file_name(level.number, level.level, level.record.generation, only_shard)
                    : level.file_names().front();
   const Directory& in = is_made_part && in_shards ? made_in : directory;
   auto file = std::make_unique<LevelFile>();
@@ -154,9 +154,12 @@ void Store::Implementation::open_volume(int threads) {
     volume = std::make_unique<ShardVolume>(std::move(volume));
   else if (is_part())
     return;
-  else if (on_disk() && backend.traits.overwrites_in_place)
-    volume =
-        std::make_unique<GenerationVolume>(std::move(volume), directory, sequence, versions_read);
+  else if (on_disk() && backend.traits.overwrites_in_place) {
+    auto around = std::make_unique<GenerationVolume>(std::move(volume), directory, sequence,
+                                                     committed.log, writable);
+    generations = around.get();
+    volume = std::move(around);
+  }
 }
 
 void Store::Implementation::tell(StoreEvent::Kind kind, const Stopwatch& watch) const noexcept {
@@ -283,7 +286,8 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
 void Store::Implementation::open_version(const StoredVersion& version, const OpenOptions& wanted,
                                          const BackendRegistry& backends) {
   const VersionDescription& description = version.description();
-  sequence = version.manifest().sequence;
+  committed = version.manifest();
+  sequence = committed.sequence;
   uuid = version.manifest().uuid;
   next_number = first_made = description.next_attribute_number;
   base_mesh_size = {description.base_mesh_bytes, description.base_mesh_checksum};
@@ -318,6 +322,7 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   hold_versions();
   read_version(version, wanted.writable ? OpenMode::kReadWrite : OpenMode::kRead);
   held.clear();
+  if (writable) note_committed();
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {

@@ -199,6 +199,17 @@ bool is_given_up(const Directory& store, std::uint64_t version, std::uint64_t ne
   return try_lock(file, true) != LockResult::kConflict;
 }
 
+/// The name of the change log that an older version may need: the newest one that was there when
+/// the version was. (A version with a file of its own makes each log, and a store has one at a
+/// time.) Of no file if there is none.
+std::string change_log_of(const std::vector<std::string>& names, std::uint64_t version) {
+  std::uint64_t newest = 0;
+  for (const std::string& name : names)
+    if (const auto made = change_log_generation(name); made && *made <= version)
+      newest = std::max(newest, *made);
+  return change_log_name(newest);
+}
+
 /// Calls remove(name) for each file that only old versions need, but those that may be read and
 /// are not given up after `age`. Returns the versions that keep their files.
 template <class Remove>
@@ -207,17 +218,19 @@ std::vector<std::uint64_t> for_each_old_file(const Directory& store,
                                              Remove remove) {
   const StoredVersion newest(store, open_newest_version(store));
   const Manifest& manifest = newest.manifest();
-  std::vector<std::uint64_t> held = versions_being_read(store, manifest.sequence);
+  std::vector<std::uint64_t> held = versions_being_read(store, manifest.described);
   if (age) {
     std::vector<std::uint64_t> kept;
     for (std::size_t at = 0; at < held.size(); ++at)
-      if (!is_given_up(store, held[at], at + 1 < held.size() ? held[at + 1] : manifest.sequence,
+      if (!is_given_up(store, held[at], at + 1 < held.size() ? held[at + 1] : manifest.described,
                        *age))
         kept.push_back(held[at]);
     held = kept;
   }
   std::set<std::string> needed = newest.file_names();
+  const std::vector<std::string> names = store.names();
   try {
+    for (const std::uint64_t version : held) needed.insert(change_log_of(names, version));
     for (const std::uint64_t version : held)
       needed.merge(StoredVersion(store, open_older_version(store, manifest.uuid, version))
                        .file_names(newest.shard_count()));
@@ -228,9 +241,9 @@ std::vector<std::uint64_t> for_each_old_file(const Directory& store,
   for (const AttributeRecord& attribute : newest.description().attributes)
     bounds.insert(bounds_file_name(attribute.number));
   const std::vector<Manifest> slots = read_whole_slots(File(store, kManifestName, OpenMode::kRead));
-  for (const std::string& name : store.names()) {
+  for (const std::string& name : names) {
     const bool is_of_a_slot = std::ranges::any_of(
-        slots, [&](const Manifest& slot) { return is_of_version_alone(name, slot.sequence); });
+        slots, [&](const Manifest& slot) { return is_of_version_alone(name, slot.described); });
     if (is_version_file_name(name) && !needed.contains(name) && !is_of_a_slot) remove(name);
     if ((is_bounds_file_name(name) && !bounds.contains(name)) || name == kNewBaseIndexName)
       remove(name);

@@ -5,6 +5,7 @@
 
 #include "plait/error.h"
 #include "plait/store.h"
+#include "store/generation_volume.h"
 #include "store/memory_snapshot.h"
 #include "store/recovery.h"
 #include "store/store_checks.h"
@@ -26,6 +27,7 @@ void Store::Implementation::reread() {
   face_attributes.clear();
   face_infos.clear();
   try {
+    if (generations) generations->roll_back();
     versions_read = remove_old_versions(directory);
     next_number = version.description().next_attribute_number;
     provenance = version.description().provenance;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "format/change_record.h"
 #include "format/checksum.h"
 #include "format/version_description.h"
 #include "plait/detail/face_depths.h"
@@ -189,8 +190,8 @@ bool Store::Implementation::has_changes() const {
   // A program may write to records of base vertices and faces that it got before the last commit.
   return std::ranges::any_of(attributes,
                              [](const Attribute& attribute) {
-                               return checksum_of(attribute.base_bytes) !=
-                                      attribute.record.base_checksum;
+                               return checksums_of_pieces(attribute.base_bytes) !=
+                                      attribute.piece_checksums;
                              }) ||
          std::ranges::any_of(face_attributes, [](const FaceAttribute& attribute) {
            return checksum_of(attribute.bytes) != attribute.checksum;
@@ -201,7 +202,7 @@ void Store::Implementation::note_committed() {
   changed = false;
   blocks_at_commit = pager->statistics().blocks_written;
   for (Attribute& attribute : attributes)
-    attribute.record.base_checksum = checksum_of(attribute.base_bytes);
+    attribute.piece_checksums = checksums_of_pieces(attribute.base_bytes);
   for (FaceAttribute& attribute : face_attributes)
     attribute.checksum = checksum_of(attribute.bytes);
 }

@@ -152,7 +152,7 @@ void Store::add_level(AttributeId attribute, bool is_final) try {
                  &planned = data.record.pipeline.of(level);
   made.record.pipeline = is_final ? planned : state.backend.first_pipeline(last, planned, schema);
   const bool waits = !is_final && state.backend.needs_other_blocks(last, schema);
-  made.record.generations = {{state.sequence + 1, 0}};
+  made.record.generation = state.sequence + 1;
   // The file may be a left-over of a run that ended before its commit.
   if (state.on_disk() && !state.is_part()) state.directory.remove(made.file_names().front());
   made.geometry = state.whole_geometry(
@@ -165,7 +165,7 @@ void Store::add_level(AttributeId attribute, bool is_final) try {
   }
   made.table =
       BlockTable(state.uuid, made.number, level, made.geometry.block_count(), first_number);
-  made.table.set_generations(made.record.generations);
+  made.table.set_generation(made.record.generation);
   const LevelRecord record = made.record;
   data.levels.push_back(state.open_level(std::move(made), schema, OpenMode::kCreate));
   data.record.levels.push_back(record);

@@ -28,12 +28,14 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+class GenerationVolume;
 struct MemorySnapshot;
 
 struct Store::Implementation {
   struct Attribute {
     AttributeRecord record;  ///< its schema is in `infos`
     ZeroedArray<std::byte> base_bytes;
+    std::vector<std::uint64_t> piece_checksums = {};  ///< of `base_bytes` at the last commit
     /// Whether `base_bytes` are finished. Stays where it is: passes keep its address.
     std::unique_ptr<WrittenRecords> base_written = std::make_unique<WrittenRecords>();
     /// Only a replacement: the name that it gets in the end. Until then it has one that no program
@@ -91,7 +93,12 @@ struct Store::Implementation {
   void open_volume(int threads);
   /// The description of the current state, without the checksums of base records.
   VersionDescription description() const;
+  /// Writes a version with files of its own, or a record of changes.
   void write_version();
+  /// Writes the next version to the change log, if nothing but blocks that are there, and base
+  /// records, has changed. Returns whether that is so. REQUIRES: all levels were synced.
+  bool write_changes(bool durable);
+  void write_whole_version(bool durable);
   /// Notes what locks do not protect this writer from.
   void note_missing_locks();
   /// Tells options.events how long it took.
@@ -125,7 +132,9 @@ struct Store::Implementation {
   RegisteredBackend backend;
   StoreUuid uuid{};
   std::uint64_t sequence = 0;
-  std::uint32_t next_number = 0;  ///< of the next attribute
+  Manifest committed = {};                  ///< of the version on the disk
+  GenerationVolume* generations = nullptr;  ///< `volume`, if it is one
+  std::uint32_t next_number = 0;            ///< of the next attribute
   StoredSize base_mesh_size;
   std::uint64_t depths_checksum = 0;  ///< of the file, if base.depths()
   bool has_base_index = false;        ///< the directory has the file base.index

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "format/base_mesh_file.h"
+#include "format/change_record.h"
 #include "format/checksum.h"
 #include "format/depths_file.h"
 #include "format/file_names.h"
@@ -20,13 +21,10 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::vector<std::string> StoredLevel::file_names() const {
+  if (shards == 0) return {level_file_name(number, level, record.generation)};
   std::vector<std::string> names;
-  for (const Generation& generation : record.generations)
-    if (shards == 0)
-      names.push_back(level_file_name(number, level, generation.version));
-    else
-      for (std::uint32_t shard = 0; shard < shards; ++shard)
-        names.push_back(level_file_name(number, level, generation.version, shard));
+  for (std::uint32_t shard = 0; shard < shards; ++shard)
+    names.push_back(level_file_name(number, level, record.generation, shard));
   return names;
 }
 
@@ -35,11 +33,11 @@ StoredVersion::StoredVersion(const Directory& store, OpenVersion version)
       manifest_(version.manifest),
       file_(std::move(version.file)),
       description_bytes_(read_description(file_)),
-      description_(decode_description(description_bytes_, manifest_.sequence, file_.path(),
+      description_(decode_description(description_bytes_, manifest_.described, file_.path(),
                                       manifest_.optional_features, manifest_.required_features)),
       is_newest_(version.is_newest) {
   check_counts(description_, file_.path());
-  refuse_holes(store_, description_, manifest_.sequence);
+  refuse_holes(store_, description_, manifest_.described);
 }
 
 EdgeShards StoredVersion::shards() const {
@@ -72,7 +70,9 @@ const RegisteredBackend& StoredVersion::find_backend(const BackendRegistry& back
         checked = &level.pipeline;
       }
     }
-    check_generations(backend.traits);
+    if (manifest_.log.generation != 0 && !backend.traits.overwrites_in_place)
+      throw Error(ErrorCode::kNotSupported,
+                  "the store has a change log, and the backend writes none");
     if (backend.traits.durable) return backend;
   } catch (const Error& error) {
     // kInvalidArgument becomes kNotSupported, because the user did not choose these options.
@@ -81,17 +81,6 @@ const RegisteredBackend& StoredVersion::find_backend(const BackendRegistry& back
   }
   throw Error(ErrorCode::kCorruption,
               fmt::format("open {}: backend '{}' writes no files", path, description_.backend));
-}
-
-void StoredVersion::check_generations(const BackendTraits& traits) const {
-  if (traits.overwrites_in_place) return;
-  for (const AttributeRecord& attribute : description_.attributes)
-    for (const LevelRecord& level : attribute.levels)
-      if (level.generations.size() > 1)
-        throw Error(ErrorCode::kNotSupported,
-                    fmt::format("attribute '{}' has a level with {} sparse files, and the backend "
-                                "has one file for each level",
-                                attribute.schema.name, level.generations.size() - 1));
 }
 
 BaseMesh StoredVersion::read_base_mesh() const {
@@ -170,7 +159,7 @@ std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
 }
 
 void StoredVersion::check_base_sizes() const {
-  plait::check_base_sizes(store_, description_, manifest_.sequence);
+  plait::check_base_sizes(store_, description_, manifest_.described);
 }
 
 void StoredVersion::check_version_file() const {
@@ -208,13 +197,14 @@ void StoredVersion::read_tables_into(std::span<StoredLevel> levels) const {
   std::vector<BlockTable> tables;
   for (const StoredLevel& level : levels) {
     const std::vector<BlockEntry> entries =
-        reader.next_level(level.geometry, level.record.generations.size());
+        reader.next_level(level.geometry, has_log() ? manifest_.log.bytes : 0);
     BlockTable& table =
         tables.emplace_back(manifest_.uuid, level.number, level.level, entries.size());
     std::ranges::copy(entries, table.entries().begin());
-    table.set_generations(level.record.generations);
+    table.set_generation(level.record.generation);
   }
   reader.finish();
+  enter_changes(levels, tables);
   for (std::size_t at = 0; at < levels.size(); ++at) levels[at].table = std::move(tables[at]);
 }
 
@@ -250,9 +240,66 @@ Bytes StoredVersion::read_records(const std::string& name, std::uint64_t bytes,
 }
 
 ZeroedArray<std::byte> StoredVersion::read_base_records(const AttributeRecord& attribute) const {
-  return read_records<ZeroedArray<std::byte>>(
+  auto records = read_records<ZeroedArray<std::byte>>(
       base_records_name(attribute), description_.vertex_count * attribute.schema.record_bytes(),
       attribute.base_checksum);
+  for (const ChangeRecord& change : changes())
+    for (const ChangedRecords& piece : change.records)
+      if (piece.attribute == attribute.number) read_piece(piece, records);
+  return records;
+}
+
+void StoredVersion::read_piece(const ChangedRecords& piece, std::span<std::byte> records) const {
+  const File log(store_, log_name(), OpenMode::kRead);
+  const auto refuse = [&](const std::string& reason) {
+    return Error(ErrorCode::kCorruption, fmt::format("open {}: base records at byte {}: {}",
+                                                     log.path().native(), piece.offset, reason))
+        .about(log.path(), piece.offset);
+  };
+  if (piece.first > records.size() || piece.bytes > records.size() - piece.first)
+    throw refuse(fmt::format("expected bytes among the {} of the attribute, found {} from {}",
+                             records.size(), piece.bytes, piece.first));
+  const std::span<std::byte> into = records.subspan(piece.first, piece.bytes);
+  log.read_at(piece.offset, into);
+  if (const std::uint64_t found = checksum_of(into); found != piece.checksum)
+    throw refuse(fmt::format("checksum {:016x}, expected {:016x}", found, piece.checksum));
+}
+
+const std::vector<ChangeRecord>& StoredVersion::changes() const {
+  if (changes_ || !has_log()) {
+    static const std::vector<ChangeRecord> none;
+    return changes_ ? *changes_ : none;
+  }
+  std::uint64_t entries = block_tables_bytes(description_, file_.path()) / sizeof(BlockEntry);
+  for (const AttributeRecord& attribute : description_.attributes)
+    entries += 1 + description_.vertex_count * attribute.schema.record_bytes() / kPieceBytes;
+  return changes_.emplace(
+      read_change_records(File(store_, log_name(), OpenMode::kRead), manifest_, entries));
+}
+
+void StoredVersion::enter_changes(std::span<const StoredLevel> levels,
+                                  std::span<BlockTable> tables) const {
+  for (const ChangeRecord& change : changes())
+    for (const ChangedBlock& changed : change.blocks) {
+      const auto level = std::ranges::find_if(levels, [&](const StoredLevel& one) {
+        return one.number == changed.attribute && one.level == static_cast<int>(changed.level);
+      });
+      const std::filesystem::path path = store_.path_of(log_name());
+      const auto refuse = [&] {
+        return Error(ErrorCode::kCorruption,
+                     fmt::format("open {}: version {} changes block {} of level {} of attribute "
+                                 "{}, which the store does not have",
+                                 path.native(), change.version, changed.block, changed.level,
+                                 changed.attribute))
+            .about(path, changed.offset);
+      };
+      if (level == levels.end() || changed.block >= level->geometry.block_count()) throw refuse();
+      BlockTable& table = tables[static_cast<std::size_t>(level - levels.begin())];
+      const std::uint64_t bytes = level->geometry.block_bytes(changed.block);
+      if (bytes > manifest_.log.bytes - changed.offset) throw refuse();
+      table.entries()[changed.block] = {changed.offset, static_cast<std::uint32_t>(bytes),
+                                        BlockEncoding::kRaw, kLogFile, changed.checksum};
+    }
 }
 
 std::vector<std::byte> StoredVersion::read_face_records(
@@ -262,18 +309,21 @@ std::vector<std::byte> StoredVersion::read_face_records(
       attribute.checksum);
 }
 
-std::string StoredVersion::version_name() const { return version_file_name(manifest_.sequence); }
+std::string StoredVersion::log_name() const { return change_log_name(manifest_.log.generation); }
+
+std::string StoredVersion::version_name() const { return version_file_name(manifest_.described); }
 
 std::string StoredVersion::face_records_name(const FaceAttributeRecord& attribute) const {
-  return faces_file_name(attribute.number, manifest_.sequence);
+  return faces_file_name(attribute.number, manifest_.described);
 }
 
 std::string StoredVersion::base_records_name(const AttributeRecord& attribute) const {
-  return base_file_name(attribute.number, manifest_.sequence);
+  return base_file_name(attribute.number, manifest_.described);
 }
 
 std::set<std::string> StoredVersion::file_names(std::uint32_t shards) const {
   std::set<std::string> names = {version_name()};
+  if (has_log()) names.insert(log_name());
   for (const FaceAttributeRecord& attribute : description_.face_attributes)
     names.insert(face_records_name(attribute));
   for (const AttributeRecord& attribute : description_.attributes) {
@@ -281,11 +331,9 @@ std::set<std::string> StoredVersion::file_names(std::uint32_t shards) const {
     int level = description_.provenance.base_level;
     for (const LevelRecord& record : attribute.levels) {
       ++level;
-      for (const Generation& generation : record.generations) {
-        if (shards == 0) names.insert(level_file_name(attribute.number, level, generation.version));
-        for (std::uint32_t shard = 0; shard < shards; ++shard)
-          names.insert(level_file_name(attribute.number, level, generation.version, shard));
-      }
+      if (shards == 0) names.insert(level_file_name(attribute.number, level, record.generation));
+      for (std::uint32_t shard = 0; shard < shards; ++shard)
+        names.insert(level_file_name(attribute.number, level, record.generation, shard));
     }
   }
   for (std::uint32_t shard = 0; shard < shards; ++shard)

@@ -14,6 +14,7 @@
 
 #include "base/zeroed_array.h"
 #include "format/base_index_file.h"
+#include "format/change_record.h"
 #include "format/file_names.h"
 #include "format/manifest.h"
 #include "format/version_description.h"
@@ -39,8 +40,7 @@ struct StoredLevel {
   BlockTable table;
   std::uint32_t shards = 0;  ///< 0: the level is in one piece
 
-  /// The names of its files, in the order of the generations. A level in shards has one file for
-  /// each shard.
+  /// The name of its file. A level in shards has one file for each shard.
   std::vector<std::string> file_names() const;
 };
 
@@ -101,6 +101,12 @@ class StoredVersion {
   /// Reads the records of a face attribute in the description. Errors: as read_base_records().
   std::vector<std::byte> read_face_records(const FaceAttributeRecord& attribute) const;
 
+  /// Reads the records of the change log; none if there is no log. Errors: kNotFound, kCorruption,
+  /// kIo.
+  const std::vector<ChangeRecord>& changes() const;
+  bool has_log() const { return manifest_.log.generation != 0; }
+  std::string log_name() const;
+
   std::string version_name() const;
   std::string face_records_name(const FaceAttributeRecord& attribute) const;
   std::string base_records_name(const AttributeRecord& attribute) const;
@@ -116,7 +122,9 @@ class StoredVersion {
  private:
   template <class Bytes>
   Bytes read_records(const std::string& name, std::uint64_t bytes, std::uint64_t checksum) const;
-  void check_generations(const BackendTraits& traits) const;
+  void read_piece(const ChangedRecords& piece, std::span<std::byte> records) const;
+  /// Enters the blocks of the change log in the tables of version.T.
+  void enter_changes(std::span<const StoredLevel> levels, std::span<BlockTable> tables) const;
   ExpectedBase expected_base() const;
 
   const Directory& store_;
@@ -125,6 +133,7 @@ class StoredVersion {
   std::vector<std::byte> description_bytes_;
   VersionDescription description_;
   bool is_newest_;
+  mutable std::optional<std::vector<ChangeRecord>> changes_;
 };
 
 PLAIT_END_NAMESPACE

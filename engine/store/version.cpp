@@ -1,14 +1,18 @@
 // Writes a version (base records, description, block tables, manifest slot), and reads one.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "format/base_index_file.h"
+#include "format/change_record.h"
+#include "format/checksum.h"
 #include "format/depths_file.h"
 #include "format/file_names.h"
 #include "format/version_description.h"
 #include "plait/detail/face_depths.h"
 #include "plait/error.h"
+#include "store/generation_volume.h"
 #include "store/recovery.h"
 #include "store/store_state.h"
 #include "store/stored_version.h"
@@ -34,8 +38,7 @@ VersionDescription Store::Implementation::description() const {
     result.attributes.push_back(attributes[i].record);
     result.attributes.back().schema = infos[i].schema;
     for (std::size_t at = 0; at < attributes[i].levels.size(); ++at) {
-      const auto generations = attributes[i].levels[at]->table.generations();
-      result.attributes.back().levels[at].generations = {generations.begin(), generations.end()};
+      result.attributes.back().levels[at].generation = attributes[i].levels[at]->table.generation();
     }
   }
   for (std::size_t i = 0; i < face_attributes.size(); ++i)
@@ -48,8 +51,7 @@ VersionDescription Store::Implementation::description() const {
 
 std::filesystem::path Store::Implementation::path_of(const LevelFile& level) const {
   const BlockTable& table = level.table;
-  return directory.path_of(
-      level_file_name(table.attribute(), table.level(), table.generations().front().version));
+  return directory.path_of(level_file_name(table.attribute(), table.level(), table.generation()));
 }
 
 void Store::Implementation::write_version() {
@@ -60,7 +62,56 @@ void Store::Implementation::write_version() {
                             path.native(), sequence));
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) level->backend->sync(durable);
+  if (!write_changes(durable)) write_whole_version(durable);
+  if (durable && !name_is_durable) {
+    directory.parent().sync();
+    name_is_durable = true;
+  }
+
+  // The version is committed. An error in the removal of old files does not change that.
+  ++sequence;
+  if (committed.described == sequence) try {
+      versions_read = remove_old_versions(directory);
+    } catch (const Error&) {
+      // It is not known which versions have readers. They can only be the versions that had readers
+      // before, and the previous version.
+      if (sequence > 1) versions_read.push_back(sequence - 1);
+    }
+  volume->begin_version(sequence, versions_read);
+  for (Attribute& attribute : attributes)
+    for (const auto& level : attribute.levels) level->path = path_of(*level);
+}
+
+bool Store::Implementation::write_changes(bool durable) {
+  const bool has_room = sequence - committed.described < kMostChangeRecords;
+  if (!generations || changed || !has_room || !generations->is_in_log_alone() ||
+      (!has_base_index && wants_index(options.base_index, base)))
+    return false;
+  for (const FaceAttribute& attribute : face_attributes)
+    if (checksum_of(attribute.bytes) != attribute.checksum) return false;
+  std::vector<ChangedRecords> records;
+  std::vector<std::span<const std::byte>> pieces;
+  for (const Attribute& attribute : attributes) {
+    const std::span<const std::byte> bytes = attribute.base_bytes;
+    const std::vector<std::uint64_t> checksums = checksums_of_pieces(bytes);
+    for (std::size_t piece = 0; piece < checksums.size(); ++piece) {
+      if (checksums[piece] == attribute.piece_checksums[piece]) continue;
+      const std::uint64_t first = piece * kPieceBytes;
+      pieces.push_back(bytes.subspan(first, std::min(kPieceBytes, bytes.size() - first)));
+      records.push_back({attribute.record.number, 0, first, pieces.back().size()});
+    }
+  }
+  Manifest next = committed;
+  next.sequence = sequence + 1;
+  next.log = generations->commit_changes(committed.log, pieces, std::move(records), durable);
+  publish_changes(directory, lock, next, durable);
+  committed = next;
+  return true;
+}
+
+void Store::Implementation::write_whole_version(bool durable) {
   VersionContent content{description(), {}, {}};
+  if (generations) content.log = generations->finish_log(durable);
   for (const Attribute& attribute : attributes) {
     content.base_records.push_back(attribute.base_bytes);
     for (const auto& level : attribute.levels) content.tables.push_back(&level->table);
@@ -71,24 +122,7 @@ void Store::Implementation::write_version() {
     add_base_index_file(directory, base, base_mesh_size.checksum, durable);
     has_base_index = true;
   }
-  publish_version(directory, lock, uuid, sequence + 1, std::move(content), durable);
-  if (durable && !name_is_durable) {
-    directory.parent().sync();
-    name_is_durable = true;
-  }
-
-  // The version is committed. An error in the removal of old files does not change that.
-  ++sequence;
-  try {
-    versions_read = remove_old_versions(directory);
-  } catch (const Error&) {
-    // It is not known which versions have readers. They can only be the versions that had readers
-    // before, and the previous version.
-    if (sequence > 1) versions_read.push_back(sequence - 1);
-  }
-  volume->begin_version(sequence, versions_read);
-  for (Attribute& attribute : attributes)
-    for (const auto& level : attribute.levels) level->path = path_of(*level);
+  committed = publish_version(directory, lock, uuid, sequence + 1, std::move(content), durable);
 }
 
 void Store::Implementation::hold_versions() {

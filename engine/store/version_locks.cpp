@@ -15,10 +15,13 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// Whether the manifest now names another version than `from`, or none.
+/// Whether the manifest now names another version file than `from`, or none. Small commits that
+/// follow change no byte that `from` needs, and remove no file.
 bool has_moved_on(const Directory& store, const Manifest& from) {
   try {
-    return read_manifest(store) != from;
+    const Manifest now = read_manifest(store);
+    return now.uuid != from.uuid || now.described != from.described ||
+           now.version_checksum != from.version_checksum;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kNotFound || error.code() == ErrorCode::kCorruption) return true;
     throw;
@@ -50,13 +53,13 @@ bool is_being_read(const Directory& store, std::uint64_t version) {
 
 OpenVersion open_newest_version(const Directory& store) {
   const Manifest manifest = read_manifest(store);
-  return {manifest, File(store, version_file_name(manifest.sequence), OpenMode::kRead)};
+  return {manifest, File(store, version_file_name(manifest.described), OpenMode::kRead)};
 }
 
 std::optional<OpenVersion> share_newest_version(const Directory& store) {
   OpenVersion version;
   version.manifest = read_manifest(store);
-  const std::string name = version_file_name(version.manifest.sequence);
+  const std::string name = version_file_name(version.manifest.described);
   try {
     version.file = File(store, name, OpenMode::kRead);
   } catch (const Error& error) {
@@ -103,7 +106,9 @@ OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
                                std::uint64_t sequence, std::uint32_t features_of_all) {
   OpenVersion version;
   version.file = File(store, version_file_name(sequence), OpenMode::kRead);
-  version.manifest = {uuid, sequence, version.file.size()};
+  version.manifest.uuid = uuid;
+  version.manifest.sequence = version.manifest.described = sequence;
+  version.manifest.version_bytes = version.file.size();
   version.manifest.required_features = features_of_all;
   version.is_newest = false;
   return version;

@@ -35,7 +35,8 @@ OpenVersion open_newest_version(const Directory& store);
 /// replaced; kIo.
 std::optional<OpenVersion> share_newest_version(const Directory& store);
 
-/// The versions older than `newest` that readers may have open, ascending. Errors: kIo.
+/// The versions with a file, older than `newest`, that readers may have open, ascending. A reader
+/// of a small commit has the version open whose file describes it. Errors: kIo.
 std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint64_t newest);
 
 /// Locks every version that has a file. No reader can open the store while the caller has the
@@ -43,7 +44,7 @@ std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint
 /// lock.
 std::vector<File> keep_all_readers_out(const Directory& store);
 
-/// Opens a version that is not the newest one. The size is that of the file itself.
+/// Opens a version with a file that is not the newest one. The size is that of the file itself.
 /// `features_of_all`: required features that all versions of the store have. Errors: kNotFound,
 /// kIo.
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,

@@ -22,6 +22,13 @@ void write_whole_file(const Directory& store, const std::string& name,
   file.close();
 }
 
+void write_slot(const Directory& store, const Manifest& manifest, bool durable) {
+  File file(store, kManifestName, OpenMode::kReadWrite);
+  write_manifest(file, manifest);
+  if (durable) file.sync();
+  file.close();
+}
+
 bool has_predicted(const BlockTable* table) {
   return std::ranges::find(table->entries(), BlockEncoding::kPredicted, &BlockEntry::encoding) !=
          table->entries().end();
@@ -29,8 +36,8 @@ bool has_predicted(const BlockTable* table) {
 
 }  // namespace
 
-void publish_version(const Directory& store, const StoreLock& lock, const StoreUuid& uuid,
-                     std::uint64_t sequence, VersionContent content, bool durable) {
+Manifest publish_version(const Directory& store, const StoreLock& lock, const StoreUuid& uuid,
+                         std::uint64_t sequence, VersionContent content, bool durable) {
   lock.check_name(store);
   VersionDescription& description = content.description;
   for (std::size_t at = 0; at < description.attributes.size(); ++at) {
@@ -50,18 +57,24 @@ void publish_version(const Directory& store, const StoreLock& lock, const StoreU
   write_whole_file(store, version_file_name(sequence), version, durable);
   Manifest manifest;
   manifest.uuid = uuid;
-  manifest.sequence = sequence;
+  manifest.sequence = manifest.described = sequence;
+  manifest.log = content.log;
   manifest.version_bytes = version.size();
   manifest.version_checksum = checksum_of(version);
   manifest.required_features = required_features_of(description);
   if (std::ranges::any_of(content.tables, has_predicted))
     manifest.required_features |= kPredictedBlocks;
+  if (manifest.log.generation != 0) manifest.required_features |= kChangeLog;
   manifest.optional_features = optional_features_of(description);
   if (durable) store.sync();
-  File file(store, kManifestName, OpenMode::kReadWrite);
-  write_manifest(file, manifest);
-  if (durable) file.sync();
-  file.close();
+  write_slot(store, manifest, durable);
+  return manifest;
+}
+
+void publish_changes(const Directory& store, const StoreLock& lock, const Manifest& version,
+                     bool durable) {
+  lock.check_name(store);
+  write_slot(store, version, durable);
 }
 
 PLAIT_END_NAMESPACE

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "format/manifest.h"
 #include "format/version_description.h"
 #include "plait/extend/block_table.h"
 #include "plait/extend/directory.h"
@@ -19,11 +20,18 @@ struct VersionContent {
   /// Of all base vertices, for each attribute; of all base faces, for each face attribute.
   std::vector<std::span<const std::byte>> base_records, face_records;
   std::vector<const BlockTable*> tables = {};  ///< of all levels; none if they are in shards
+  LogPlace log = {};                           ///< the change log that the tables name
 };
 
-/// Publishes version `sequence`. `lock` is that of a writer. If `durable`, all is synced. REQUIRES:
-/// the files of the levels are complete, and synced if `durable`. Errors: kBusy, kIo, kNoSpace.
-void publish_version(const Directory& store, const StoreLock& lock, const StoreUuid& uuid,
-                     std::uint64_t sequence, VersionContent content, bool durable);
+/// Publishes version `sequence`, with files of its own, and returns what the manifest says of it.
+/// `lock` is that of a writer. If `durable`, all is synced. REQUIRES: the files of the levels and
+/// the log are complete, and synced if `durable`. Errors: kBusy, kIo, kNoSpace.
+Manifest publish_version(const Directory& store, const StoreLock& lock, const StoreUuid& uuid,
+                         std::uint64_t sequence, VersionContent content, bool durable);
+
+/// Publishes a version whose changes are in the log. REQUIRES: the log is synced if `durable`.
+/// Errors: kBusy, kIo, kNoSpace.
+void publish_changes(const Directory& store, const StoreLock& lock, const Manifest& version,
+                     bool durable);
 
 PLAIT_END_NAMESPACE

@@ -76,11 +76,9 @@ std::vector<std::string> level_names(const PlanFile& plan, const VersionDescript
     const AttributeSchema expected = {is_normal ? "normal" : "position",
                                       is_normal ? ComponentType::kFloat32 : plan.precision, 3};
     fields.require(attribute.schema == expected, "the attribute", attribute.schema.name);
-    for (std::size_t at = 0; at < attribute.levels.size(); ++at) {
-      require("the number of generations", std::size_t{1}, attribute.levels[at].generations.size());
+    for (std::size_t at = 0; at < attribute.levels.size(); ++at)
       names.push_back(level_file_name(
           attribute.number, plan.plan.base_level + 1 + static_cast<int>(at), plan.version(), part));
-    }
   }
   return names;
 }

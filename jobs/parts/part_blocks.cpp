@@ -49,7 +49,7 @@ void PartBlocks::read_all(const Directory& plan_directory, const DoneFile& part)
       BlockTable table(plan_.plan.uuid, attribute.number, level, tables[at].size(),
                        levels_[at].first_block(part.part));
       std::ranges::copy(tables[at], table.entries().begin());
-      table.set_generations(record.generations);
+      table.set_generation(record.generation);
       LevelSpec spec{
           inside,          level_file_name(attribute.number, level, plan_.version(), part.part),
           OpenMode::kRead, alone[at],

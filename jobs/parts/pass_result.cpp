@@ -127,7 +127,7 @@ VersionDescription version_after(const VersionDescription& at, const Pass& pass,
   made.number = after.next_attribute_number++;
   made.pipeline = at.attributes[result.encoded_like].pipeline;
   for (int level = at.provenance.base_level + 1; level <= finest[result.like]; ++level)
-    made.levels.push_back({made.pipeline.of(level), Representation::kValues, {{version, 0}}});
+    made.levels.push_back({made.pipeline.of(level), Representation::kValues, version});
   if (!result.replaces) {
     after.attributes.push_back(std::move(made));
     return after;

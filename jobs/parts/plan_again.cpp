@@ -23,9 +23,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 bool is_of_subdivision(const AttributeRecord& attribute) {
-  return std::ranges::all_of(attribute.levels, [](const LevelRecord& level) {
-    return level.generations == std::vector<Generation>{{1, 0}};
-  });
+  return std::ranges::all_of(attribute.levels,
+                             [](const LevelRecord& level) { return level.generation == 1; });
 }
 
 const AttributeRecord* find(const VersionDescription& description, std::string_view name) {

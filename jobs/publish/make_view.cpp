@@ -202,8 +202,8 @@ std::vector<ViewedFile> viewed_files(const Store& store) {
     for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level;
          ++level) {
       const LevelFile& file = StoreAccess::level_file(store, id, level);
-      files.push_back({level_file_name(number, level, file.table.generations().front().version), id,
-                       level, file.geometry.total_bytes()});
+      files.push_back({level_file_name(number, level, file.table.generation()), id, level,
+                       file.geometry.total_bytes()});
     }
   }
   return files;

@@ -19,6 +19,8 @@
 #include "durability/faults.h"
 #include "durability/workload.h"
 #include "engine/store/sample_store.h"
+#include "format/file_names.h"
+#include "format/manifest.h"
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
 #include "support/computing.h"
@@ -142,9 +144,12 @@ void check_end(const fs::path& path) {
   }
   open(path, true).close();
   std::set<std::string> expected = {"base.mesh", "lock", "manifest"};
-  for (const std::uint64_t version : {kVersions - 1, kVersions})
+  const Directory directory(path);
+  for (const Manifest& slot : read_whole_slots(File(directory, kManifestName, OpenMode::kRead)))
     for (const char* prefix : {"version.", "attribute0.base."})
-      expected.insert(prefix + std::to_string(version));
+      expected.insert(prefix + std::to_string(slot.described));
+  if (const LogPlace log = read_manifest(directory).log; log.generation != 0)
+    expected.insert(change_log_name(log.generation));
   std::set<std::string> found = file_names(path);
   CHECK(std::erase_if(found, [](const std::string& name) {
           return name.find(".level") != std::string::npos;

@@ -17,6 +17,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "durability/faults.h"
@@ -35,7 +36,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kLevel = 5;
-constexpr double kMostDisk = 1.6;  ///< of the level
+constexpr double kMostDisk = 1.6;  ///< of the levels
 
 std::uint64_t commits() { return std::getenv("PLAIT_LONG") ? 10'000 : 150; }
 int kills() { return std::getenv("PLAIT_LONG") ? 1000 : 12; }
@@ -101,17 +102,20 @@ bool holds_its_version(Store& store) {
   return true;
 }
 
-/// Disk space of the level's files, as a multiple of the level's bytes.
-double disk_of_level(const fs::path& store, const LevelGeometry& geometry) {
-  std::uint64_t bytes = 0;
-  for (const std::string& name : file_names(store))
+/// Disk space of the levels' files and the change log, as a multiple of the levels' bytes.
+double disk_of_levels(const fs::path& path, Store& store) {
+  std::uint64_t bytes = 0, levels = 0;
+  for (const std::string& name : file_names(path))
     if (struct stat status{};
-        name.starts_with("attribute0.level05.") && ::stat((store / name).c_str(), &status) == 0)
+        (name.starts_with("attribute0.level") || name.starts_with("changes.")) &&
+        ::stat((path / name).c_str(), &status) == 0)
       bytes += 512 * static_cast<std::uint64_t>(status.st_blocks);
-  return static_cast<double>(bytes) / static_cast<double>(geometry.total_bytes());
+  for (int level = 1; level <= kLevel; ++level)
+    levels += StoreAccess::level_file(store, 0, level).geometry.total_bytes();
+  return static_cast<double>(bytes) / static_cast<double>(levels);
 }
 
-/// Counts what is written to level files, and lets no sync reach the disk.
+/// Counts what is written to level files and the change log, and lets no sync reach the disk.
 class CountedWrites final : public FileOperationHook {
  public:
   CountedWrites() { set_file_operation_hook(this); }
@@ -123,10 +127,15 @@ class CountedWrites final : public FileOperationHook {
   }
   void after(const FileOperation& operation) noexcept override {
     if (operation.kind == FileOperation::Kind::kWrite &&
-        operation.path.native().find(".level") != std::string::npos)
+        (operation.path.native().find(".level") != std::string::npos ||
+         operation.path.native().find("changes.") != std::string::npos))
       bytes += operation.bytes;
+    using Kind = FileOperation::Kind;
+    if (operation.kind == Kind::kSync || operation.kind == Kind::kSyncDirectory) ++syncs;
+    if (operation.kind == Kind::kCreate) ++files;
   }
   std::atomic<std::uint64_t> bytes = 0;
+  std::atomic<int> syncs = 0, files = 0;
 };
 
 /// Commits versions in a process of its own. Kills it when it has computed for `lifetime`;
@@ -184,6 +193,48 @@ TEST_CASE("SmallCommits_OneBlockInAHundred_WriteLittleMoreThanTheseBlocks") {
   }
 }
 
+TEST_CASE("SmallCommits_BlocksOfAllLevelsAndBaseRecords_TakeTwoSyncsAndNoNewFile") {
+  for (const std::string& backend : backends_with_generations()) {
+    CAPTURE(backend);
+    const TemporaryDirectory here;
+    make_store(here.path() / "s.plait", backend);
+    std::vector<std::byte> expected;
+    {
+      Store store = Store::open(here.path() / "s.plait", {true}, default_backends());
+      for (int commit = 1; commit <= 3; ++commit) {
+        const CountedWrites counted;
+        for (int level = 1; level <= kLevel; ++level)
+          std::ranges::fill(
+              StoreAccess::open_session(store)
+                  .pin(StoreAccess::level_file(store, 0, level), 0, Access::kOverwrite)
+                  .bytes(),
+              static_cast<std::byte>(commit));
+        store.base_bytes(0)[5] = static_cast<std::byte>(commit);
+        store.commit();
+        CHECK(store.sequence() == static_cast<std::uint64_t>(1 + commit));
+        // The first one begins the log.
+        CHECK((counted.syncs == 2) == (commit > 1));
+        CHECK((counted.files == 0) == (commit > 1));
+      }
+      expected.assign(std::as_const(store).base_bytes(0).begin(),
+                      std::as_const(store).base_bytes(0).end());
+    }
+    for (const bool writable : {false, true}) {
+      Store store = Store::open(here.path() / "s.plait", {writable}, default_backends());
+      CHECK(store.sequence() == 4);
+      CHECK(std::ranges::equal(std::as_const(store).base_bytes(0), expected));
+      CHECK(expected[5] == std::byte{3});
+      for (int level = 1; level <= kLevel; ++level)
+        CHECK(read_level(store, 0, level)[0] == std::byte{3});
+      CHECK(verify(store).damaged_count == 0);
+      const std::uint64_t before = store.sequence();
+      if (writable) store.commit();  // nothing has changed
+      CHECK(store.sequence() == before);
+    }
+    CHECK(check_store(here.path() / "s.plait", default_backends()).left_over.empty());
+  }
+}
+
 TEST_CASE("SmallCommits_Thousands_TakeABoundedDiskAndKeepTheirBytes") {
   for (const std::string& backend : backends_with_generations()) {
     CAPTURE(backend);
@@ -196,7 +247,7 @@ TEST_CASE("SmallCommits_Thousands_TakeABoundedDiskAndKeepTheirBytes") {
     double most = 0;
     for (std::uint64_t commit = 1; commit <= commits(); ++commit) {
       make_version(*store);
-      most = std::max(most, disk_of_level(path, level_of(*store).geometry));
+      most = std::max(most, disk_of_levels(path, *store));
       if (commit % 50 != 0) continue;
       CHECK(holds_its_version(*store));
       store.reset();
@@ -205,7 +256,7 @@ TEST_CASE("SmallCommits_Thousands_TakeABoundedDiskAndKeepTheirBytes") {
     }
     CHECK(verify(*store).damaged_count == 0);
     CHECK(most <= kMostDisk);
-    CHECK(most > 1.05);  // it had sparse files
+    CHECK(most > 1.05);  // it had a change log
     CHECK(check_store(path, default_backends()).damaged.empty());
   }
 }
@@ -232,7 +283,7 @@ TEST_CASE("SmallCommits_KilledAtAnyInstant_LoseNothingAndLeaveNothing") {
           Store::open(path, {.writable = true, .budget_bytes = 128 << 10}, default_backends());
       CHECK(writer.sequence() == version);
       CHECK(holds_its_version(writer));
-      CHECK(disk_of_level(path, level_of(writer).geometry) <= kMostDisk);
+      CHECK(disk_of_levels(path, writer) <= kMostDisk);
       CHECK(check_store(path, default_backends()).left_over.empty());
     }
     CHECK(version > 1);

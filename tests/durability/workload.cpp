@@ -47,26 +47,37 @@ const std::vector<void (*)(Store&)>& first_steps() {
   return steps;
 }
 
-const std::vector<void (*)(Store&)>& second_steps() {
-  static const std::vector<void (*)(Store&)> steps = {
-      [](Store& store) {
-        change_blocks(store, 0, 3, 2);
-        store.base_bytes(0)[5] ^= std::byte{1};
-        store.replace_attribute(1, add_sample(store, {"other", ComponentType::kUint8, 5}, 2));
-      },
-      // Another version with the same blocks.
-      [](Store& store) { StoreAccess::set_provenance(store, store.provenance()); },
-      // Of the eight blocks, few at a time: in sparse files, which are taken together at last.
-      [](Store& store) { change_blocks(store, 0, 3, 5); },
-      [](Store& store) { change_blocks(store, 0, 3, 100); },
-      [](Store& store) { change_blocks(store, 0, 3, 3); },
-      [](Store& store) {
-        change_blocks(store, 0, 1, 1);
-        StoreAccess::pager(store).flush();
-        change_blocks(store, 0, 1, 1);
-        change_blocks(store, 1, 2, 1);
-      },
-  };
+using Steps = std::vector<void (*)(Store&)>;
+
+const Steps& second_steps() {
+  static const Steps steps = [] {
+    Steps made = {
+        [](Store& store) {
+          change_blocks(store, 0, 3, 2);
+          store.base_bytes(0)[5] ^= std::byte{1};
+          store.replace_attribute(1, add_sample(store, {"other", ComponentType::kUint8, 5}, 2));
+        },
+        // Another version with the same blocks.
+        [](Store& store) { StoreAccess::set_provenance(store, store.provenance()); },
+        // Of the eight blocks, few at a time, and then all: in the change log, until it is full.
+        [](Store& store) { change_blocks(store, 0, 3, 5); },
+        [](Store& store) { change_blocks(store, 0, 3, 100); },
+        [](Store& store) { change_blocks(store, 0, 3, 3); },
+        [](Store& store) { change_blocks(store, 0, 3, 1); },
+        [](Store& store) {
+          change_blocks(store, 0, 1, 1);
+          StoreAccess::pager(store).flush();
+          change_blocks(store, 0, 1, 1);
+          change_blocks(store, 1, 2, 1);
+        },
+    };
+    // One block and one base record so often that a new log begins, to which the block is copied.
+    made.insert(made.end(), 9, [](Store& store) {
+      change_blocks(store, 0, 3, 100);
+      store.base_bytes(0)[7] ^= std::byte{1};
+    });
+    return made;
+  }();
   return steps;
 }
 

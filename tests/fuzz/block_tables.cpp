@@ -29,13 +29,13 @@ LevelGeometry take_level(InputBytes& input) {
                        record_bytes, block_bytes);
 }
 
-constexpr std::size_t kFiles = 3;
+constexpr std::uint64_t kLogBytes = 1 << 20;
 
 bool is_usable(const BlockEntry& entry, std::uint64_t raw_bytes) {
-  if (entry.file >= kFiles) return false;
-  if (entry.file > 0 && entry.encoding != BlockEncoding::kRaw &&
-      entry.encoding != BlockEncoding::kEncoded)
-    return false;
+  if (entry.file == kLogFile)
+    return entry.encoding == BlockEncoding::kRaw && entry.stored_bytes == raw_bytes &&
+           entry.offset % 4096 == 0 && entry.offset + raw_bytes <= kLogBytes;
+  if (entry.file != kLevelFile) return false;
   switch (static_cast<std::uint32_t>(entry.encoding)) {
     case 0:
       return entry.offset == 0 && entry.stored_bytes == 0 && entry.checksum == 0;
@@ -68,7 +68,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     BlockTablesReader reader(file, "version");
     std::vector<BlockEntry> all;
     for (const LevelGeometry& level : levels) {
-      const std::vector<BlockEntry> entries = reader.next_level(level, kFiles);
+      const std::vector<BlockEntry> entries = reader.next_level(level, kLogBytes);
       require(entries.size() == level.block_count());
       for (std::size_t block = 0; block < entries.size(); ++block)
         require(is_usable(entries[block], level.block_bytes(block)));

@@ -144,7 +144,7 @@ std::vector<std::vector<BlockEntry>> read_shard_tables(const Directory& store,
   BlockTablesReader reader(std::span<const std::byte>(bytes).subspan(kShardTablesHeaderBytes),
                            file.path());
   std::vector<std::vector<BlockEntry>> tables;
-  for (const LevelGeometry& level : levels) tables.push_back(reader.next_level(level, 1));
+  for (const LevelGeometry& level : levels) tables.push_back(reader.next_level(level));
   reader.finish();
   return tables;
 }
@@ -155,7 +155,7 @@ void read_shard_tables_later(const Directory& store, const Manifest& manifest,
   for (std::size_t at = 0; at < levels.size(); ++at) {
     levels[at].table = BlockTable(manifest.uuid, levels[at].number, levels[at].level,
                                   std::make_shared<EntriesOfLevel>(tables, at));
-    levels[at].table.set_generations(levels[at].record.generations);
+    levels[at].table.set_generation(levels[at].record.generation);
   }
 }
 

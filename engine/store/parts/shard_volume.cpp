@@ -63,7 +63,7 @@ class ShardLevel final : public Backend {
  private:
   std::string name_of(std::uint32_t shard) const {
     return level_file_name(level_.table.attribute(), level_.table.level(),
-                           level_.table.generations().front().version, shard);
+                           level_.table.generation(), shard);
   }
   [[noreturn]] void refuse_writing() const {
     throw Error(ErrorCode::kBadState, "write " + level_.path().native() + ": it is in shards");

@@ -7,6 +7,7 @@
 
 #include "engine/store/sample_store.h"
 #include "format/byte_order.h"
+#include "format/change_record.h"
 #include "format/checksum.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -21,7 +22,7 @@ Manifest full_manifest() {
   Manifest manifest;
   for (std::size_t i = 0; i < manifest.uuid.size(); ++i)
     manifest.uuid[i] = static_cast<std::byte>(200 + i);
-  manifest.sequence = 0x0123456789abcdefu;
+  manifest.sequence = manifest.described = 0x0123456789abcdefu;
   manifest.version_bytes = 305;
   manifest.version_checksum = 0xfedcba9876543211u;
   return manifest;
@@ -35,7 +36,7 @@ class ManifestFile {
     file_.resize(2 * kManifestSlotBytes);
     for (const std::uint64_t sequence : sequences) {
       Manifest manifest = full_manifest();
-      manifest.sequence = sequence;
+      manifest.sequence = manifest.described = sequence;
       write_manifest(file_, manifest);
     }
   }
@@ -128,10 +129,41 @@ TEST_CASE("DecodeManifest_FieldOutOfRangeWithTheRightChecksum_IsRefusedByName") 
   refused(forged(8, std::uint32_t{2}), "format version 2", ErrorCode::kNotSupported);
   refused(forged(8, std::uint32_t{4}), "format version 4", ErrorCode::kNotSupported);
   refused(forged(12, std::uint32_t{0x80000000u}), "required flag 31", ErrorCode::kNotSupported);
-  refused(forged(12, std::uint32_t{8}), "knows only those of flags 0, 1 and 2",
+  refused(forged(12, std::uint32_t{16}), "knows only those of flags 0 to 3",
           ErrorCode::kNotSupported);
   refused(forged(40, std::uint64_t{0}), "sequence number is 0");
   refused(forged(40, kMaxSequence + 1), "sequence number");
+}
+
+/// Of a version with records in a change log.
+Manifest manifest_with_log() {
+  Manifest manifest = full_manifest();
+  manifest.required_features = kChangeLog;
+  manifest.described = manifest.sequence - 3;
+  manifest.log = {manifest.described - 7, 0x777777000, 0x777770000, 0x1111111111111111u};
+  return manifest;
+}
+
+TEST_CASE("DecodeManifest_OfAVersionWithAChangeLog_HasItsPlace") {
+  const ManifestSlot slot = encode_manifest(manifest_with_log());
+  CHECK(decode_manifest(slot, "manifest") == manifest_with_log());
+  const auto refused = [&](auto change, const char* field) {
+    Manifest manifest = manifest_with_log();
+    change(manifest);
+    INFO(field);
+    const Error error =
+        error_of([&] { decode_manifest(encode_manifest(manifest), "the/manifest"); });
+    CHECK(error.code() == ErrorCode::kCorruption);
+    CHECK(names(error, {"the/manifest", field}));
+  };
+  refused([](Manifest& m) { m.described = 0; }, "described version");
+  refused([](Manifest& m) { m.described = m.sequence + 1; }, "described version");
+  refused([](Manifest& m) { m.described -= kMostChangeRecords; }, "described version");
+  refused([](Manifest& m) { m.log.generation = m.described + 1; }, "change log's version");
+  refused([](Manifest& m) { m.log.bytes = ~std::uint64_t{0}; }, "size of the change log");
+  refused([](Manifest& m) { m.log.last_record = 0; }, "place of the last record");
+  refused([](Manifest& m) { m.log.last_record = m.log.bytes; }, "place of the last record");
+  refused([](Manifest& m) { m.described = m.sequence; }, "place of the last record");
 }
 
 TEST_CASE("DecodeManifest_UnknownOptionalFlagsAndReservedBytes_AreIgnored") {

@@ -42,13 +42,9 @@ VersionDescription full_description(std::size_t attributes) {
     attribute.number = static_cast<std::uint32_t>(99'999 - i);
     attribute.base_checksum = 0xaaaaaaaaaaaaaaaau + i;
     attribute.pipeline = "lz4";
-    for (std::size_t level = 0; level < i % 19; ++level) {
-      std::vector<Generation> generations = {{1 + level, 0}};
-      for (std::uint64_t sparse = 0; sparse < level % (kMostSparseFiles + 1); ++sparse)
-        generations.push_back({3 + level + 2 * sparse, 1 + 7 * sparse});
+    for (std::size_t level = 0; level < i % 19; ++level)
       attribute.levels.push_back(
-          {level < 3 ? "none" : "shuffle,lz4", Representation::kValues, std::move(generations)});
-    }
+          {level < 3 ? "none" : "shuffle,lz4", Representation::kValues, 1 + level});
     version.attributes.push_back(attribute);
   }
   return version;
@@ -245,6 +241,7 @@ TEST_CASE("DecodeDescription_AttributeOutOfRange_IsRefusedByName") {
                 {"'second'", "level 3", "representation 1", "only 0"}, ErrorCode::kNotSupported);
   check_refused(at_levels(24, std::uint64_t{0}), {"a level's generation is 0"});
   check_refused(at_levels(24, kSequence + 1), {"a level's generation is 41"});
+  check_refused(at_levels(32, std::uint32_t{1}), {"a level's other files is 1"});
   version.attributes[1].schema.name = version.attributes[0].schema.name;
   check_refused(encode_description(version), {"a repeated attribute name"});
 }

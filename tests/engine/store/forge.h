@@ -33,7 +33,7 @@ inline void write_whole(const std::filesystem::path& path, std::span<const std::
 
 /// The file that describes the newest version.
 inline std::filesystem::path version_file(const std::filesystem::path& store) {
-  return store / version_file_name(read_manifest(Directory(store)).sequence);
+  return store / version_file_name(read_manifest(Directory(store)).described);
 }
 
 /// Where the block tables begin in it.

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 namespace format {
@@ -107,7 +108,7 @@ Bytes decoded(const std::string& pipeline, const Bytes& stored, std::size_t raw_
   return raw;
 }
 
-constexpr std::uint32_t kInShards = 2;  ///< of the required flags
+constexpr std::uint32_t kInShards = 2, kWithLog = 8;  ///< of the required flags
 
 Bytes read_manifest_slot(const std::filesystem::path& path) {
   const Bytes manifest = read_file(path);
@@ -122,11 +123,14 @@ Bytes read_manifest_slot(const std::filesystem::path& path) {
     if (newest.empty() || u64(slot, 40) > u64(newest, 40)) newest = slot;
   }
   require(!newest.empty(), "no slot");
-  require(u32(newest, 8) == 3 && (u32(newest, 12) == 0 || u32(newest, 12) == kInShards) &&
-              u32(newest, 16) <= 7,
-          "version, flags");
+  require(
+      u32(newest, 8) == 3 &&
+          (u32(newest, 12) == 0 || u32(newest, 12) == kInShards || u32(newest, 12) == kWithLog) &&
+          u32(newest, 16) <= 7,
+      "version, flags");
   require(u32(newest, 20) == 0, "reserved bytes");
-  for (std::size_t i = 64; i < 4088; ++i) require(newest[i] == 0, "reserved bytes");
+  for (std::size_t i = u32(newest, 12) == kWithLog ? 104 : 64; i < 4088; ++i)
+    require(newest[i] == 0, "reserved bytes");
   return newest;
 }
 
@@ -172,15 +176,12 @@ Attribute read_attribute(Fields& fields, std::uint32_t base_level) {
     const std::uint32_t size = fields.take_u32(), representation = fields.take_u32();
     require(representation == 0, "representation");
     attribute.described.insert(attribute.described.end(), size,
-                               {fields.take_text(), representation, {}});
+                               {fields.take_text(), representation, 0});
   }
   require(attribute.described.size() == levels, "ranges of levels");
   for (Level& level : attribute.described) {
-    level.generations.push_back(fields.take(8));
-    for (std::uint32_t sparse = fields.take_u32(); sparse > 0; --sparse) {
-      level.generations.push_back(fields.take(8));
-      fields.take(8);  // how many blocks were written to it
-    }
+    level.generation = fields.take(8);
+    require(fields.take_u32() == 0, "the number after a generation");
   }
   attribute.finest_level = base_level + levels;
   attribute.record_bytes = component_bytes(attribute.type) * attribute.components;
@@ -359,9 +360,68 @@ void number_edges(Store& store, const BaseFigures& base) {
   require(store.edges.size() == base.edges && border == base.border_edges, "edges, border");
 }
 
+/// The change log, and what its records say.
+struct ChangeLog {
+  struct Block {
+    std::uint64_t offset, checksum;
+  };
+  struct Piece {
+    std::uint64_t attribute, first;
+    Bytes bytes;
+  };
+  std::uint64_t described = 0;
+  Bytes file;
+  /// Attribute, level and number of a block.
+  std::map<std::tuple<std::uint64_t, std::uint64_t, std::uint64_t>, Block> blocks;
+  std::vector<Piece> pieces;
+};
+
+ChangeLog read_change_log(const Bytes& manifest, const std::filesystem::path& directory) {
+  ChangeLog log;
+  std::uint64_t version = u64(manifest, 40);
+  log.described = version;
+  if (u32(manifest, 12) != kWithLog) return log;
+  log.described = u64(manifest, 64);
+  log.file = read_file(directory / fmt::format("changes.{}", u64(manifest, 72)));
+  require(log.file.size() >= u64(manifest, 80), "size of the change log");
+  log.file.resize(u64(manifest, 80));
+  std::uint64_t at = u64(manifest, 88), checksum = u64(manifest, 96);
+  // From the newest record to the oldest: what a newer one says stands.
+  for (; version > log.described; --version) {
+    require(at % 4096 == 0 && starts_with(Bytes(log.file.begin() + static_cast<std::ptrdiff_t>(at),
+                                                log.file.end()),
+                                          "plaitchg"),
+            "place of a record");
+    require(u32(log.file, at + 8) == 1 && u64(log.file, at + 16) == version, "head of a record");
+    const std::uint64_t blocks = u64(log.file, at + 40), pieces = u64(log.file, at + 48);
+    const std::uint64_t end = at + 56 + 32 * blocks + 40 * pieces;
+    require(XXH3_64bits(&log.file[at], end - at) == checksum && u64(log.file, end) == checksum,
+            "checksum of a record");
+    for (std::uint64_t block = 0; block < blocks; ++block) {
+      const std::uint64_t entry = at + 56 + 32 * block;
+      log.blocks.insert({{u32(log.file, entry), u32(log.file, entry + 4), u64(log.file, entry + 8)},
+                         {u64(log.file, entry + 16), u64(log.file, entry + 24)}});
+    }
+    for (std::uint64_t piece = 0; piece < pieces; ++piece) {
+      const std::uint64_t entry = end - 40 * (pieces - piece);
+      const auto from = log.file.begin() + static_cast<std::ptrdiff_t>(u64(log.file, entry + 24));
+      const Bytes bytes(from, from + static_cast<std::ptrdiff_t>(u64(log.file, entry + 16)));
+      require(XXH3_64bits(bytes.data(), bytes.size()) == u64(log.file, entry + 32),
+              "checksum of a piece of records");
+      log.pieces.insert(log.pieces.begin(),
+                        {u32(log.file, entry), u64(log.file, entry + 8), bytes});
+    }
+    checksum = u64(log.file, at + 32);
+    at = u64(log.file, at + 24);
+  }
+  require(at == 0, "the first record");
+  return log;
+}
+
 /// Reads one level; the entries of each shard begin at its `entry`, which moves behind them.
 void read_level(Store& store, Attribute& attribute, std::uint32_t level,
-                const std::filesystem::path& directory, std::vector<Shard>& shards) {
+                const std::filesystem::path& directory, std::vector<Shard>& shards,
+                const ChangeLog& log) {
   const std::uint32_t k = level - store.base_level;
   const std::uint64_t n = std::uint64_t{1} << (k - 1), full = n * n * attribute.record_bytes;
   std::vector<std::uint64_t> slot_offsets;  // [edge], and the total at the end
@@ -376,45 +436,50 @@ void read_level(Store& store, Attribute& attribute, std::uint32_t level,
 
   const Level& described = attribute.described.at(k - 1);
   const bool compressed = store.backend == "compressed";
-  require(shards.size() == 1 || described.generations.size() == 1, "sparse files of shards");
   Bytes& content = attribute.levels[level];
   std::uint64_t block = 0;  // numbered through all shards
   for (Shard& shard : shards) {
     const std::uint64_t origin = slot_offsets[shard.first];
     const Bytes& tables = shard.tables;
     std::size_t& entry = shard.entry;
-    std::vector<Bytes> files;
-    for (const std::uint64_t generation : described.generations) {
-      files.push_back(
-          read_file(directory / fmt::format("attribute{}.level{:02}.{}{}", attribute.number, level,
-                                            generation, shard.suffix)));
-      if (!compressed)
-        require(files.back().size() == (slot_offsets[shard.after] - origin + 4095) / 4096 * 4096,
-                "size of a level file");
-    }
+    const Bytes level_file =
+        read_file(directory / fmt::format("attribute{}.level{:02}.{}{}", attribute.number, level,
+                                          described.generation, shard.suffix));
+    if (!compressed)
+      require(level_file.size() == (slot_offsets[shard.after] - origin + 4095) / 4096 * 4096,
+              "size of a level file");
     for (std::size_t first = shard.first; first < shard.after;
          first += slots, ++block, entry += 24) {
       const std::uint64_t raw_offset = slot_offsets[first] - origin;
       const std::uint64_t raw_bytes =
           slot_offsets[std::min(first + slots, shard.after)] - origin - raw_offset;
-      const std::uint64_t offset = u64(tables, entry), stored_bytes = u32(tables, entry + 8);
-      const std::uint32_t encoding = u16(tables, entry + 12), number = u16(tables, entry + 14);
-      require(number < files.size(), "file of a block");
-      const Bytes& file = files[number];
+      std::uint64_t offset = u64(tables, entry), stored_bytes = u32(tables, entry + 8),
+                    checksum = u64(tables, entry + 16);
+      std::uint32_t encoding = u16(tables, entry + 12), number = u16(tables, entry + 14);
+      if (const auto changed = log.blocks.find({attribute.number, level, block});
+          changed != log.blocks.end()) {
+        offset = changed->second.offset;
+        checksum = changed->second.checksum;
+        stored_bytes = raw_bytes;
+        encoding = number = 1;
+      }
+      require(number < (log.file.empty() ? 1u : 2u), "file of a block");
+      const Bytes& file = number == 0 ? level_file : log.file;
       require(encoding <= (compressed ? 2 : 1), "encoding");
       ++store.blocks_of_encoding[encoding];
       if (encoding == 0) {
-        require(offset == 0 && stored_bytes == 0 && u64(tables, entry + 16) == 0, "never written");
+        require(offset == 0 && stored_bytes == 0 && checksum == 0, "never written");
         content.resize(content.size() + raw_bytes, 0);
         continue;
       }
       require(offset + stored_bytes <= file.size(), "extent");
       const auto at = file.begin() + static_cast<std::ptrdiff_t>(offset);
       const Bytes stored(at, at + static_cast<std::ptrdiff_t>(stored_bytes));
-      require(
-          block_checksum(store, attribute.number, level, block, stored) == u64(tables, entry + 16),
-          "checksum of a block");
-      if (compressed)
+      require(block_checksum(store, attribute.number, level, block, stored) == checksum,
+              "checksum of a block");
+      if (number == 1)
+        require(!compressed && encoding == 1 && offset % 4096 == 0, "a block in the change log");
+      else if (compressed)
         require(offset % 512 == 0, "alignment");
       else
         require(offset == raw_offset, "offset");
@@ -499,7 +564,8 @@ Store read_store(const std::filesystem::path& directory) {
   Store store;
   std::memcpy(store.uuid.data(), &manifest[24], 16);
   store.sequence = u64(manifest, 40);
-  const Bytes version = read_file(directory / fmt::format("version.{}", store.sequence));
+  const ChangeLog log = read_change_log(manifest, directory);
+  const Bytes version = read_file(directory / fmt::format("version.{}", log.described));
   require(version.size() == u64(manifest, 48), "size of the version");
   require(XXH3_64bits(version.data(), version.size()) == u64(manifest, 56),
           "checksum of the version");
@@ -533,17 +599,23 @@ Store read_store(const std::filesystem::path& directory) {
   }
   for (Attribute& attribute : store.attributes) {
     attribute.base =
-        read_file(directory / fmt::format("attribute{}.base.{}", attribute.number, store.sequence));
+        read_file(directory / fmt::format("attribute{}.base.{}", attribute.number, log.described));
     require(attribute.base.size() == store.positions.size() * attribute.record_bytes,
             "size of the base records");
     require(XXH3_64bits(attribute.base.data(), attribute.base.size()) == attribute.base_checksum,
             "checksum of the base records");
+    for (const auto& piece : log.pieces)
+      if (piece.attribute == attribute.number) {
+        require(piece.first + piece.bytes.size() <= attribute.base.size(), "a piece of records");
+        std::ranges::copy(piece.bytes,
+                          attribute.base.begin() + static_cast<std::ptrdiff_t>(piece.first));
+      }
     for (std::uint32_t level = store.base_level + 1; level <= attribute.finest_level; ++level)
-      read_level(store, attribute, level, directory, shards);
+      read_level(store, attribute, level, directory, shards, log);
   }
   for (FaceAttribute& attribute : store.face_attributes) {
-    attribute.numbers = read_file(
-        directory / fmt::format("attribute{}.faces.{}", attribute.number, store.sequence));
+    attribute.numbers =
+        read_file(directory / fmt::format("attribute{}.faces.{}", attribute.number, log.described));
     require(attribute.numbers.size() == store.faces.size() * component_bytes(attribute.type),
             "size of a face attribute");
     require(XXH3_64bits(attribute.numbers.data(), attribute.numbers.size()) == attribute.checksum,

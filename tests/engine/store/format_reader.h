@@ -23,7 +23,7 @@ struct Edge {
 struct Level {
   std::string pipeline;
   std::uint32_t representation;
-  std::vector<std::uint64_t> generations;  ///< the whole file's, then those of sparse files
+  std::uint64_t generation;
 };
 
 struct Attribute {

@@ -219,10 +219,10 @@ TEST_CASE("Format_PipelinesOfAttributesAndLevelsAndLongStrings_AreReadAsTheDocum
   REQUIRE(attribute.described.size() == 4);
   CHECK(attribute.described[3].pipeline == "zstd:1");
   CHECK(attribute.described[0].pipeline == "zstd:3");
-  CHECK(attribute.described[0].generations == std::vector<std::uint64_t>{1});
+  CHECK(attribute.described[0].generation == 1);
   for (const std::size_t level : {1u, 2u}) {
     CHECK(attribute.described[level].pipeline == "shuffle,lz4");
-    CHECK(attribute.described[level].generations == std::vector<std::uint64_t>{2});
+    CHECK(attribute.described[level].generation == 2);
   }
   for (const std::uint32_t level : {1u, 2u, 3u, 4u})
     CHECK(equal(attribute.levels.at(level), expected[level - 1]));

@@ -1,9 +1,11 @@
-// GenerationVolume around "pread": which of a level's files has a block, and which files a version
-// has (store/generation_fold.cpp).
+// GenerationVolume around "pread": which file has a block, and which files a version has
+// (store/generation_fold.cpp).
 #include "store/generation_volume.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -16,8 +18,8 @@
 namespace plait::test {
 namespace {
 
-constexpr std::uint64_t kBlockBytes = 4096, kBlocks = 20;
-using Generations = std::vector<Generation>;
+/// Half of the level has more than 1 MiB, so it can be a new generation; the log has as many bytes.
+constexpr std::uint64_t kBlockBytes = 65536, kBlocks = 40;
 
 /// What the tests know of the inner volume.
 struct Notes {
@@ -67,14 +69,13 @@ class Ended final : public TransferListener {
 /// A level whose blocks hold 1 in version 1, which is committed.
 struct Fixture {
   Fixture() {
-    table.set_generations({{1, 0}});
+    table.set_generation(1);
     level = volume.open_level(spec(OpenMode::kCreate));
     level->write({0, kBlocks}, std::vector<std::byte>(kBlocks * kBlockBytes, std::byte{1}));
     commit();
   }
   LevelSpec spec(OpenMode mode) {
-    return {directory, level_file_name(0, 1, table.generations().front().version), mode, geometry,
-            table};
+    return {directory, level_file_name(0, 1, table.generation()), mode, geometry, table};
   }
   /// By a transfer, or at once. Returns whether it failed.
   bool put(std::uint64_t block, int value, bool by_transfer = false) {
@@ -95,11 +96,14 @@ struct Fixture {
   }
   void commit(const std::vector<std::uint64_t>& held = {}) {
     level->sync(true);
+    log = volume.is_in_log_alone() ? volume.commit_changes(log, {}, {}, true)
+                                   : volume.finish_log(true);
     volume.begin_version(++version, held);
     CHECK(values(*level) == expected);
     // As another process reads it.
     Notes others;
-    GenerationVolume reading(std::make_unique<NotingVolume>(others), directory, version, {});
+    GenerationVolume reading(std::make_unique<NotingVolume>(others), directory, version, log,
+                             false);
     CHECK(values(*reading.open_level(spec(OpenMode::kRead))) == expected);
   }
   /// Writes `count` blocks from `first` on, and commits.
@@ -118,11 +122,12 @@ struct Fixture {
       result.push_back(static_cast<int>(bytes[block * kBlockBytes]));
     return result;
   }
-  Generations generations() const {
-    return {table.generations().begin(), table.generations().end()};
+  std::vector<std::byte> file(const std::string& name) const {
+    return file_bytes(place.path() / name);
   }
-  std::vector<std::byte> whole_file() const {
-    return file_bytes(place.path() / "attribute0.level01.1");
+  std::uint64_t blocks_in_log() const {
+    return static_cast<std::uint64_t>(
+        std::ranges::count(table.entries(), kLogFile, &BlockEntry::file));
   }
 
   TemporaryDirectory place;
@@ -131,101 +136,118 @@ struct Fixture {
   BlockTable table{{}, 0, 1, kBlocks};
   Notes notes;
   std::uint64_t version = 0;
+  LogPlace log;
   std::vector<int> expected = std::vector<int>(kBlocks, 1);
-  GenerationVolume volume{std::make_unique<NotingVolume>(notes), directory, 0, {}};
+  GenerationVolume volume{std::make_unique<NotingVolume>(notes), directory, 0, {}, true};
   std::unique_ptr<Backend> level;
 };
 
 }  // namespace
 
-TEST_CASE("GenerationLevel_BlockWrittenAnew_IsReadFromTheNewFileAndOthersFromTheOld") {
+TEST_CASE("GenerationLevel_BlockWrittenAnew_IsReadFromTheLogAndOthersFromTheFile") {
   const bool by_transfer = GENERATE(false, true);
   Fixture f;
-  const std::vector<std::byte> before = f.whole_file();
+  const std::vector<std::byte> before = f.file("attribute0.level01.1");
   CHECK(file_names(f.place.path()) == std::set<std::string>{"attribute0.level01.1"});
   f.put(2, 7, by_transfer);
   f.put(0, 8, by_transfer);
-  CHECK(file_names(f.place.path()) ==
-        std::set<std::string>{"attribute0.level01.1", "attribute0.level01.2"});
+  CHECK(file_names(f.place.path()) == std::set<std::string>{"attribute0.level01.1", "changes.2"});
   CHECK(f.values(*f.level) == f.expected);
   CHECK(f.expected[2] == 7);
-  CHECK(f.whole_file() == before);
+  f.put(2, 9, by_transfer);  // no version has what is there, so it is overwritten
+  CHECK(f.values(*f.level) == f.expected);
+  f.commit();
+  CHECK(f.log.bytes == 2 * kBlockBytes);
+  CHECK(f.file("attribute0.level01.1") == before);
 }
 
 TEST_CASE("GenerationLevel_WriteToTheNewFileThatFails_LeavesTheBlockAsItWas") {
   Fixture f;
+  f.level->advise({0, kBlocks}, Advice::kOverwrite);
   f.notes.fail_writes = true;
   CHECK(f.put(2, 7, true));
   CHECK(error_of([&] { f.put(3, 7); }).code() == ErrorCode::kNoSpace);
   CHECK(f.values(*f.level) == std::vector<int>(kBlocks, 1));
 }
 
-TEST_CASE("GenerationFold_FewBlocks_StayInASparseFileEach") {
+TEST_CASE("GenerationFold_FewBlocks_StayInTheLog") {
   Fixture f;
   f.commit_blocks(3, 2);
-  CHECK(f.generations() == Generations{{1, 0}, {2, 2}});
-  CHECK(f.table[3].file == 1);
-  CHECK(f.table[5].file == 0);
-  f.commit_blocks(4, 2);  // block 4 again: the file of version 2 still has block 3
-  CHECK(f.generations() == Generations{{1, 0}, {2, 2}, {3, 2}});
-  f.commit_blocks(3, 1);  // no block is left there
-  CHECK(f.generations() == Generations{{1, 0}, {3, 2}, {4, 1}});
-  CHECK(f.table[3].file == 2);
-  CHECK(f.table[4].file == 1);
+  CHECK(f.log.generation == 2);
+  CHECK(f.log.last_record == 0);  // a version with a file of its own began the log
+  CHECK(f.table[3].file == kLogFile);
+  CHECK(f.table[5].file == kLevelFile);
+  const std::vector<std::byte> before = f.file("changes.2");
+  const std::uint64_t end = f.log.bytes;
+  f.commit_blocks(4, 2);
+  CHECK(f.log.generation == 2);
+  CHECK(f.log.last_record >= end);
+  CHECK(f.table[4].offset >= end);
+  CHECK(f.table[3].offset < end);
+  CHECK(f.table.generation() == 1);
+  std::vector<std::byte> after = f.file("changes.2");
+  after.resize(end);
+  CHECK(std::ranges::equal(after, std::span(before).first(end)));
 }
 
-TEST_CASE("GenerationFold_HalfOfTheBlocksInOneVersion_MakeTheNewFileTheLevel") {
+TEST_CASE("GenerationFold_HalfOfTheBlocksInOneVersion_MakeANewGeneration") {
   Fixture f;
   f.commit_blocks(0, 3);
   f.commit_blocks(2, kBlocks / 2);
-  CHECK(f.generations() == Generations{{3, 0}});
-  for (const BlockEntry& entry : f.table.entries()) CHECK(entry.file == 0);
+  CHECK(f.table.generation() == 3);
+  CHECK(f.blocks_in_log() == 0);
+  CHECK(f.log == LogPlace{});
+  f.commit_blocks(7, 1);  // goes on from there
+  CHECK(f.log.generation == 4);
 }
 
-TEST_CASE("GenerationFold_PassThatWasToWriteAllBlocksAndWroteOne_MakesTheNewFileTheLevel") {
+TEST_CASE("GenerationFold_PassThatWasToWriteAllBlocksAndWroteOne_MakesANewGeneration") {
   Fixture f;
   f.level->advise({0, kBlocks}, Advice::kOverwrite);
   f.commit_blocks(5, 1);
-  CHECK(f.generations() == Generations{{2, 0}});
+  CHECK(f.table.generation() == 2);
   f.commit_blocks(6, 1);  // the advice was for one version
-  CHECK(f.generations() == Generations{{2, 0}, {3, 1}});
+  CHECK(f.table.generation() == 2);
+  CHECK(f.blocks_in_log() == 1);
 }
 
-TEST_CASE("GenerationFold_HalfOfTheBlocksInSparseFiles_GoBackToTheWholeFile") {
+TEST_CASE("GenerationFold_FullLogOfFewBlocks_IsCopiedToANewOne") {
   Fixture f;
-  f.commit_blocks(0, 4);
-  f.commit_blocks(4, 4);
-  f.commit_blocks(7, 3);  // 11 blocks in all; block 7 is in the second file and the third
-  CHECK(f.generations() == Generations{{1, 0}, {4, 3}});
-  CHECK(f.table[0].file == 0);
-  CHECK(f.table[7].file == 1);
-  f.commit_blocks(0, 1);  // goes on from there
-  CHECK(f.generations() == Generations{{1, 0}, {4, 3}, {5, 1}});
+  for (int commit = 0; commit < 10; ++commit) f.commit_blocks(3, 2);
+  CHECK(f.log.generation == 2);
+  const std::vector<std::byte> before = f.file("changes.2");
+  f.commit_blocks(5, 1);
+  CHECK(f.log == LogPlace{12, 3 * kBlockBytes, 0, 0});
+  CHECK(f.blocks_in_log() == 3);
+  CHECK(f.table.generation() == 1);
+  CHECK(f.file("changes.2") == before);  // readers may need it
+  f.commit_blocks(4, 1);
+  CHECK(f.log.generation == 12);
 }
 
-TEST_CASE("GenerationFold_WhileReadersHaveOlderVersions_LeavesTheWholeFileAsItIs") {
+TEST_CASE("GenerationFold_FullLogOfAQuarterOfTheBlocks_MakesANewGeneration") {
   Fixture f;
-  f.commit_blocks(0, 4, {1});
-  f.commit_blocks(4, 4, {1});
-  const std::vector<std::byte> before = f.whole_file();
-  f.commit_blocks(12, 1, {1});
-  f.commit_blocks(13, 1, {1});  // 10 blocks: now all are together, and half
-  CHECK(f.generations() == Generations{{5, 0}});
-  CHECK(f.whole_file() == before);
+  for (std::uint64_t commit = 0; commit < 4; ++commit) f.commit_blocks(commit * 2, 10);
+  const std::vector<std::byte> before = f.file("attribute0.level01.1");
+  CHECK(f.table.generation() == 4);
+  CHECK(f.blocks_in_log() == 10);
+  CHECK(f.file("attribute0.level01.1") == before);
 }
 
-TEST_CASE("GenerationFold_MoreFilesThanALevelMayHave_AreTakenTogether") {
-  for (const bool is_read : {false, true}) {
-    Fixture f;
-    const std::vector<std::uint64_t> held =
-        is_read ? std::vector<std::uint64_t>{1} : std::vector<std::uint64_t>{};
-    for (std::uint64_t block = 0; block < kMostSparseFiles; ++block)
-      f.commit_blocks(block, 1, held);
-    CHECK(f.generations().size() == kMostSparseFiles + 1);
-    f.commit_blocks(kMostSparseFiles, 1, held);
-    CHECK(f.generations() ==
-          Generations{{1, 0}, {kMostSparseFiles + 2, is_read ? kMostSparseFiles + 1 : 1}});
-  }
+TEST_CASE("GenerationVolume_RolledBack_HasTheCommittedLog") {
+  Fixture f;
+  for (int commit = 0; commit < 9; ++commit) f.commit_blocks(3, 2);
+  const std::vector<int> expected = f.expected;
+  const BlockTable table = f.table;
+  for (std::uint64_t block = 0; block < 5; ++block) f.put(block, 77);
+  CHECK(file_names(f.place.path()).contains("changes.11"));  // it did not fit into the old one
+  f.level.reset();
+  f.volume.roll_back();
+  f.table = table;
+  f.level = f.volume.open_level(f.spec(OpenMode::kReadWrite));
+  f.expected = expected;
+  CHECK(f.values(*f.level) == expected);
+  f.commit_blocks(6, 1);
 }
 
 TEST_CASE("GenerationVolume_BeginVersion_TellsTheInnerVolume") {

@@ -67,9 +67,11 @@ void fill_block(Store& store, int level, std::uint64_t block, std::byte value) {
                     value);
 }
 
+/// As a pass does, so the level gets a new generation.
 void fill_level(Store& store, int level, std::byte value) {
-  for (std::uint64_t block = 0;
-       block < StoreAccess::level_file(store, 0, level).geometry.block_count(); ++block)
+  const LevelFile& file = StoreAccess::level_file(store, 0, level);
+  file.backend->advise({0, file.geometry.block_count()}, Advice::kOverwrite);
+  for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block)
     fill_block(store, level, block, value);
 }
 

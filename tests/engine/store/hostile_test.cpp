@@ -299,7 +299,7 @@ TEST_CASE("StoreOpen_LevelForgedTooLargeToBe_IsRefused") {
     store.commit();
   }
   forge_description(path, [](VersionDescription& version) {
-    version.attributes[0].levels.resize(kMaxLevel, {"none", Representation::kValues, {{1, 0}}});
+    version.attributes[0].levels.resize(kMaxLevel, {"none", Representation::kValues, 1});
   });
   const Error error = error_of([&] { Store::open(path, {}, default_backends()); });
   CHECK(error.code() == ErrorCode::kCorruption);
@@ -430,7 +430,7 @@ TEST_CASE("StoreOpen_DescriptionForgedWithTheRightChecksum_IsRefused") {
       forge_version_file(victim.path(), right);
       return result;
     };
-    const LevelRecord level{"none", Representation::kValues, {{2, 0}}};
+    const LevelRecord level{"none", Representation::kValues, 2};
     const Change changes[] = {
         [](auto& v) { ++v.vertex_count; },
         [](auto& v) { v.edge_count = 1u << 31; },
@@ -456,17 +456,8 @@ TEST_CASE("StoreOpen_DescriptionForgedWithTheRightChecksum_IsRefused") {
           v.attributes[0].levels[0].pipeline =
               with_behind(v.attributes[0].levels[0].pipeline, ";@1=none");
         },
-        [](auto& v) { v.attributes[0].levels[0].generations[0].version = 1; },
-        [](auto& v) { v.attributes[0].levels[0].generations[0].version = 3; },
-        [](auto& v) {
-          v.attributes[0].levels[0].generations.push_back({2, 1});
-        },
-        [](auto& v) {
-          v.attributes[0].levels[0].generations = {{1, 0}, {2, 0}};
-        },
-        [](auto& v) {
-          v.attributes[0].levels[0].generations.resize(9, {2, 1});
-        },
+        [](auto& v) { v.attributes[0].levels[0].generation = 1; },
+        [](auto& v) { v.attributes[0].levels[0].generation = 3; },
         [](auto& v) { v.attributes[0].levels[0].representation = Representation{9}; },
         [&](auto& v) { v.attributes[0].levels.resize(20, level); },
         [](auto& v) { v.attributes[0].levels.clear(); },

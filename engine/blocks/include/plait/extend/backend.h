@@ -240,9 +240,6 @@ struct LevelSpec {
   /// blocks. Only open_level() reads the tables.
   std::vector<HeldTable> held = {};
   LevelSurroundings surroundings = {};
-  /// With kCreate: few blocks will be written. The file has the size of the level, and no disk
-  /// space for other blocks. Only a backend that overwrites in place gets it.
-  bool is_sparse = false;
 
   /// For messages.
   std::filesystem::path path() const { return directory.path_of(name); }

@@ -36,23 +36,14 @@ struct BlockEntry {
   std::uint64_t offset = 0;        ///< in its file, bytes
   std::uint32_t stored_bytes = 0;  ///< on disk
   BlockEncoding encoding = BlockEncoding::kNeverWritten;
-  std::uint16_t file = 0;      ///< position in BlockTable::generations()
+  std::uint16_t file = 0;      ///< kLevelFile or kLogFile
   std::uint64_t checksum = 0;  ///< of the stored bytes; of a predicted block's raw bytes
 };
 static_assert(sizeof(BlockEntry) == 24);
 
-/// A file of a level, named by the version that made it.
-struct Generation {
-  std::uint64_t version = 0;
-  /// The number of blocks that were written to a sparse file. 0 for the first file of a level,
-  /// which has room for all blocks.
-  std::uint64_t blocks = 0;
-
-  friend bool operator==(const Generation&, const Generation&) = default;
-};
-
-/// The most sparse files that a level has beside its first file.
-inline constexpr std::size_t kMostSparseFiles = 7;
+/// Where the stored bytes of a block are: in the level's own file, or in the store's change log
+/// (docs/format.md). Stored: never renumber.
+inline constexpr std::uint16_t kLevelFile = 0, kLogFile = 1;
 
 /// The entries of a table that is read from the disk part by part, when they are asked for. Safe
 /// from several threads.
@@ -98,15 +89,13 @@ class BlockTable {
   }
   std::span<BlockEntry> entries() { return stored_ ? stored_->all() : entries_; }
 
-  /// The files of the level, with ascending versions. Empty for a level in memory. The store sets
-  /// them; a backend writes and reads one file, and does not use them.
-  std::span<const Generation> generations() const { return generations_; }
-  void set_generations(std::vector<Generation> generations) {
-    generations_ = std::move(generations);
-  }
+  /// The version that made the level's file. 0 for a level in memory. The store sets it; a backend
+  /// does not use it.
+  std::uint64_t generation() const { return generation_; }
+  void set_generation(std::uint64_t generation) { generation_ = generation; }
 
   /// Sets the entry of a block whose stored bytes are `stored`, and computes their checksum. The
-  /// entry's file becomes 0.
+  /// entry's file becomes kLevelFile.
   void seal(std::uint64_t block, std::uint64_t offset, BlockEncoding encoding,
             std::span<const std::byte> stored);
   /// Sets the entry of a predicted block whose bytes are `raw`.
@@ -129,7 +118,7 @@ class BlockTable {
   int level_ = 0;
   std::vector<BlockEntry> entries_;
   std::shared_ptr<StoredEntries> stored_;
-  std::vector<Generation> generations_;
+  std::uint64_t generation_ = 0;
 };
 
 PLAIT_END_NAMESPACE

@@ -23,6 +23,7 @@ enum class StoreFile : std::uint8_t {
   kDepths,       ///< the file "depths", which says where slots are
   kBaseIndex,    ///< base.index, which a store may be without
   kBlockTables,  ///< version.S; its description is whole
+  kChangeLog,    ///< changes.G; its records, and blocks beyond its end
   kBaseRecords,
   kFaceRecords,
   kLevel,
@@ -34,7 +35,7 @@ struct DamagedFile {
   std::string name;       ///< in the store's directory
   std::string attribute;  ///< records and levels: whose
   int level = 0;          ///< levels: which
-  std::size_t file = 0;   ///< levels: position in BlockTable::generations()
+  std::size_t file = 0;   ///< levels: the shard; 0 for a level in one piece
   std::string reason;
   std::uint64_t expected_bytes = 0, expected_checksum = 0;  ///< all but levels
   /// Levels: the geometry and the checksums that the level should have, without a backend; nullptr
