@@ -29,16 +29,17 @@ class FileBackend final : public plait::Backend {
                   level.path().native() + ": expected an entry for each block");
     // What a damaged store may claim is checked before anything is read.
     for (std::uint64_t block = 0; block < table_.size(); ++block)
-      if (is_written(block) && (table_[block].encoding != plait::BlockEncoding::kRaw ||
-                                table_[block].offset != geometry_.block_offset(block) ||
-                                table_[block].stored_bytes != geometry_.block_bytes(block)))
+      if (is_written(block) && table_[block].file == plait::kLevelFile &&
+          (table_[block].encoding != plait::BlockEncoding::kRaw ||
+           table_[block].offset != geometry_.block_offset(block) ||
+           table_[block].stored_bytes != geometry_.block_bytes(block)))
         throw Error(ErrorCode::kCorruption,
                     level.path().native() + ": a block is not in its place");
     const std::uint64_t bytes = (geometry_.total_bytes() + kPage - 1) / kPage * kPage;
     file_ = plait::File(level.directory, level.name, mode_);
     if (mode_ == OpenMode::kCreate) {
       file_.resize(bytes);
-      if (!level.is_sparse) file_.preallocate(bytes);  // a full disk is an error now
+      file_.preallocate(bytes);  // a full disk is an error now
     } else if (file_.size() != bytes) {
       throw Error(ErrorCode::kCorruption, level.path().native() + ": expected a file of " +
                                               std::to_string(bytes) + " bytes, found " +
