@@ -54,6 +54,7 @@ std::vector<FaceId> draw(std::size_t faces, int commits, unsigned seed) {
 /// Returns the times of the commits in seconds.
 std::vector<double> commit_faces(Store& store, int level, const std::vector<FaceId>& faces) {
   std::vector<double> times;
+  times.reserve(faces.size());
   for (const FaceId face : faces)
     times.push_back(seconds([&] {
       {
@@ -175,6 +176,7 @@ std::vector<double> commit_rows(Database& database, const Store& store, int leve
                                 const std::vector<FaceId>& faces, std::byte value) {
   const std::vector<std::byte> bytes(1 << 20, value);
   std::vector<double> times;
+  times.reserve(faces.size());
   for (const FaceId face : faces)
     times.push_back(seconds([&] {
       database.run("BEGIN");

@@ -127,7 +127,9 @@ void PlannedRun::encode() {
     RecodeOptions options;
     options.bound = bound;
     options.verify = request_.verify;
-    options.progress = [&](const Progress& now) { return tell({name, now.done, now.total}); };
+    options.progress = [&, &phase = name](const Progress& now) {
+      return tell({phase, now.done, now.total});
+    };
     recode_attribute(*store_, id,
                      pipeline_of_rounded(named_pipelines(*store_, id), step_of(*store_, id, bound)),
                      options);

@@ -237,7 +237,7 @@ void seed_descriptions() {
   version.pipeline = "shuffle,zstd:19";
   version.provenance = {"loop", true, ComponentType::kFloat64, "hilbert", 1, "0.1.0"};
   version.next_attribute_number = 4;
-  const LevelRecord raw{"none", Representation::kValues, {{3, 0}, {5, 10}, {7, 1}}},
+  const LevelRecord raw{"none", Representation::kValues, 3},
       coded{"lz4", Representation::kValues, 7};
   const auto add = [&](AttributeSchema schema, std::uint32_t number, const char* pipeline,
                        std::vector<LevelRecord> levels) {
