@@ -79,6 +79,7 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
       {"export", "pruned.plait", "mesh.glb", "--attribute", "normal"},
       {"render", "pruned.plait", "picture.png", "--size", "64x64"},
       {"render", "pruned.plait", "depth.png", "--size", "64x64", "--color-by", "depth"},
+      {"publish", "pruned.plait", "published", "--page"},
       {"check", "mesh.ply"}};
   for (const auto& command : used) {
     CAPTURE(command);
@@ -88,7 +89,6 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
   }
   const std::vector<std::vector<std::string>> refused = {
       {"export", "pruned.plait", "other.pvtp"},
-      {"publish", "pruned.plait", "other", "--page"},
       {"prune", "pruned.plait", "other", "--max-distance", "0"},
       {"pass", "pruned.plait", "smooth"},
       {"pass", "pruned.plait", "noise", "other"},
