@@ -23,6 +23,8 @@ void write_patches(Store& store, const PatchFilling& filling) {
                },
                [&] { filling.report(static_cast<FaceId>(std::min(next.load(), faces))); },
                [&] { next = faces; }});
+  // Another thread may have taken all faces before this one came to report any.
+  filling.report(static_cast<FaceId>(faces));
   writer.finish();
 }
 

@@ -16,7 +16,7 @@ struct PatchFilling {
   FaceId faces_at_once = 1;
   /// Writes the patches of faces `first` to before `after`. Several threads call it at once.
   std::function<void(PatchWriter& writer, FaceId first, FaceId after)> fill;
-  /// Called between two calls of `fill`, one at a time (SharedWork::report).
+  /// Called between two calls of `fill`, one at a time (SharedWork::report), and at the end.
   std::function<void(FaceId done)> report;
 };
 
