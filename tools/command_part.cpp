@@ -37,7 +37,7 @@ void add_part_command(CommandLine& program, CommandContext& context) {
        "\n"
        "Exit status 3: the disk, its room or another process was in the way; try again. With 1 or "
        "2\n"
-       "the same command will never do.\n"
+       "the same command never ends well.\n"
        "\n"
        "Examples:\n"
        "  plait part molecule.plan 0\n"
