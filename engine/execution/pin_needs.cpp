@@ -15,7 +15,8 @@ namespace {
 /// Counts the blocks of one access that a chunk of edges, or a face, needs.
 class NeededBlocks {
  public:
-  explicit NeededBlocks(AccessedGeometries access) : reach_(access.reach) {
+  NeededBlocks(const Store& store, AccessedGeometries access)
+      : reach_(access.reach), has_depths_(store.base().depths() != nullptr) {
     for (LevelGeometry& geometry : access.levels) levels_.push_back({std::move(geometry), {}});
     for (Level& level : levels_) level.needed_by.assign(level.geometry.block_count(), 0);
   }
@@ -30,10 +31,15 @@ class NeededBlocks {
   }
   void need(EdgeId edge) {
     // A block of a finer level has the edges of a part of one block of each coarser level. So if
-    // the stencil needs that block already, it needs those of the coarser levels too.
+    // the stencil needs that block already, it needs those of the coarser levels too. In a store
+    // with depths it may have the edges of many coarser blocks.
     for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {
+      if (has_depths_ && !level->geometry.has_slot(edge)) continue;
       std::uint64_t& needed_by = level->needed_by[level->geometry.block_of(edge)];
-      if (needed_by == stencil_) return;
+      if (needed_by == stencil_) {
+        if (has_depths_) continue;
+        return;
+      }
       needed_by = stencil_;
       bytes_ += FramePool::frame_bytes(level->geometry.max_block_bytes());
     }
@@ -46,6 +52,7 @@ class NeededBlocks {
     std::vector<std::uint64_t> needed_by;  ///< [block] number of the last stencil that needs it
   };
   Reach reach_;
+  bool has_depths_;
   std::vector<Level> levels_;
   std::uint64_t stencil_ = 0, bytes_ = 0;
 };
@@ -67,7 +74,7 @@ std::uint64_t window_needs(const Store& store, std::vector<AccessedGeometries> a
   int fewest_slots_log2 = kMostChunkEdgesLog2;
   for (AccessedGeometries& access : accesses) {
     if (access.levels.empty()) continue;
-    needed.emplace_back(std::move(access));
+    needed.emplace_back(store, std::move(access));
     fewest_slots_log2 = std::min(fewest_slots_log2, needed.back().slots_per_block_log2());
   }
   const EdgeRange edges = StoreAccess::edges(store);
@@ -97,7 +104,7 @@ std::uint64_t sweep_needs(const Store& store, std::span<const AccessedLevels> ac
 
 std::uint64_t patch_needs(const Store& store, const AccessedLevels& access) {
   const Topology mesh = store.base().topology();
-  NeededBlocks blocks(geometries_of(store, access));
+  NeededBlocks blocks(store, geometries_of(store, access));
   std::uint64_t most = 0;
   for (FaceId face = 0; face < mesh.faces.size(); ++face) {
     blocks.begin_stencil();

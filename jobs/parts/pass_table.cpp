@@ -104,7 +104,6 @@ JobReport run(PassArguments& arguments, const JobCall& call) {
     open.parallel_for = arguments.parallel_for;
     if (call.watch.before_files) call.watch.before_files();
     Store store = Store::open(arguments.from, open, call.backends);
-    StoreAccess::refuse_depths(store, "pass over", store.finest_level());
     tell_notices(store, call.watch.warn);
     result = make_pass(store, arguments, call.watch);
     store.finish_encoding(begin_step(call.watch, "encode"));

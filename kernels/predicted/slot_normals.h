@@ -94,7 +94,7 @@ class SlotNormals {
     GridShape shape(finest_ - 1);
     shape.stride = row_points(own_, finest_);
     for_each_around(
-        mesh, edge, shape, base, slots, 0, finest_ - 1,
+        mesh, edge, shape, base, slots, {0, finest_ - 1},
         [to = coarser(0, 0)](std::int64_t point, const Point& from) { to[point] = from; });
   }
 

@@ -96,7 +96,7 @@ void make_odd(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int le
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
     const SlotSource<Record> source{view, 0, base_level};
-    gather(mesh, source, base, edge, 0, coarser, grid);
+    gather(mesh, source, base, edge, {0, coarser}, grid);
     const auto slot = view.slot(1, level, edge).template of<Record>();
     make_slot(source, edge, grid, slot);
     set_ring(run.rings, edge, relative, slot);
@@ -120,7 +120,7 @@ void move_even(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level) 
   pass.accesses = even_accesses(run.position, base_level, level);
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
-    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, refinements, refinements,
+    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, {refinements, refinements},
            grid);
     const bool border = mesh.edges[edge].is_border();
     for (int born = base_level + 1; born < level; ++born) {
@@ -152,7 +152,7 @@ void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, in
   const std::size_t normal_access = 1, limit_access = pass.accesses.size() - 1;
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
-    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, 0, refinements, grid);
+    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, {0, refinements}, grid);
     const bool border = mesh.edges[edge].is_border();
     for (int born = base_level + 1; born <= level; ++born) {
       const int times = relative_to_base(born, base_level).refinements;

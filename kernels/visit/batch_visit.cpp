@@ -1,12 +1,15 @@
 #include "visit/batch_visit.h"
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <map>
 #include <span>
 #include <utility>
 
 #include "plait/detail/edge_grid.h"
+#include "plait/detail/ring_runs.h"
 #include "plait/detail/ring_table.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/store_access.h"
@@ -129,6 +132,7 @@ class BatchVisit {
       : plan_(plan),
         visit_(visit),
         mesh_(plan.store().base().topology()),
+        depths_(plan.grid_depths()),
         grid_(plan.refinements()),
         sources_(sources_of(plan, attributes)) {
     for (Source& source : sources_) {
@@ -188,8 +192,8 @@ class BatchVisit {
     };
     for_each_place_around(
         mesh_, edge, grid_,
-        [&](int level, EdgeId of) { return view.slot(number, level_of(level), of); }, 0,
-        grid_.level,
+        [&](int level, EdgeId of) { return view.slot(number, level_of(level), of); },
+        plan_.grid_levels(),
         [&](std::int64_t point, VertexId vertex) {
           copy_record(at(point), source.base + vertex * source.bytes, source.bytes);
         },
@@ -198,8 +202,13 @@ class BatchVisit {
                       slot.bytes.data() + static_cast<std::size_t>(position) * source.bytes,
                       source.bytes);
         });
-    set_spokes(source, edge, in_grid(source, grid_.size - 1, 1),
-               in_grid(source, 1, grid_.size - 1));
+    const auto to_next = [&](VertexId vertex) {
+      return std::int64_t{1} << (grid_.level - plan_.ring_depth(vertex));
+    };
+    const std::int64_t from_start = to_next(mesh_.edges[edge].start);
+    const std::int64_t from_end = to_next(mesh_.edges[edge].end);
+    set_spokes(source, edge, in_grid(source, grid_.size - from_start, from_start),
+               in_grid(source, from_end, grid_.size - from_end));
   }
 
   int level_of(int refinement) const {
@@ -207,9 +216,9 @@ class BatchVisit {
   }
 
   void add_edge(const SweepView& view, EdgeId edge) {
+    if (plan_.reads_rings()) set_depths(plan_.depths_of(edge));
     for (std::size_t number = 0; number < sources_.size(); ++number)
       if (sources_[number].rings) gather(view, number, edge);
-    const bool border = mesh_.edges[edge].is_border();
     for (int refinement = plan_.first_refinement(); refinement <= plan_.refinements();
          ++refinement) {
       const VertexRun slot = plan_.run_of(refinement, edge, 0);
@@ -218,15 +227,16 @@ class BatchVisit {
           add_record(view, slot, position);
         continue;
       }
-      const std::int64_t n = slot_side(refinement);
-      const SlotRows rows{plan_.shape_of(refinement, edge), border};
-      for (std::int64_t row = 0; row < n; ++row) {
-        const std::int64_t inside = rows.inside(n, row);
-        for (std::int64_t column = 0; column < inside; ++column)
-          add_vertex(view, slot, refinement, row, column, false);
-        if (rows.border) add_vertex(view, slot, refinement, row, inside, true);
-      }
+      for_each_ring_run(depths_, plan_.shape_of(refinement, edge), refinement,
+                        [&](const RingRun& run) { add_run(view, slot, run); });
     }
+  }
+
+  /// The grids are large enough for the finest level of the visit.
+  void set_depths(const EdgeDepths& depths) {
+    if (depths == depths_) return;
+    depths_ = depths;
+    grid_ = GridShape(depths.deeper());
   }
 
   /// A vertex of a visit without rings.
@@ -239,31 +249,29 @@ class BatchVisit {
     if (batch.is_full()) batch.hand_over(visit_);
   }
 
-  void add_vertex(const SweepView& view, const VertexRun& slot, int refinement, std::int64_t row,
-                  std::int64_t column, bool border) {
-    // Counterclockwise; on a border the vertex has only the neighbours of its own face.
-    static constexpr std::array<std::array<std::int64_t, 2>, 6> kInner{
-        {{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-    Batch& batch = batch_of(border ? 4 : 6, border, false);
-    const auto position = static_cast<std::size_t>(
-        slot_position(refinement, plan_.shape_of(refinement, slot.edge), row, column));
-    batch.add(slot.level, slot.first + position);
-    const std::int64_t scale = std::int64_t{1} << (grid_.level - refinement);
-    const std::int64_t p = (2 * row + 1) * scale, q = (2 * column + 1) * scale;
-    for (std::size_t number = 0; number < sources_.size(); ++number) {
-      Source& source = sources_[number];
-      if (!source.rings) {
-        batch.add_record(number, view.slot(number, slot.level, slot.edge).bytes.data() +
-                                     position * source.bytes);
-        continue;
+  void add_run(const SweepView& view, const VertexRun& slot, const RingRun& run) {
+    const RingSteps all(grid_.stride, std::ptrdiff_t{1} << (grid_.level - run.depth));
+    const std::span<const std::ptrdiff_t> steps = all.of(run.extent);
+    for (std::size_t i = 0; i < run.count; ++i) {
+      Batch& batch =
+          batch_of(static_cast<int>(steps.size()), run.extent != RingExtent::kWhole, false);
+      const std::size_t position = run.position + i;
+      batch.add(slot.level, slot.first + position);
+      for (std::size_t number = 0; number < sources_.size(); ++number) {
+        Source& source = sources_[number];
+        if (!source.rings) {
+          batch.add_record(number, view.slot(number, slot.level, slot.edge).bytes.data() +
+                                       position * source.bytes);
+          continue;
+        }
+        const auto bytes = static_cast<std::ptrdiff_t>(source.bytes);
+        std::byte* const at =
+            in_grid(source, run.p, run.q + static_cast<std::int64_t>(i) * run.step);
+        batch.add_record(number, at);
+        for (const std::ptrdiff_t step : steps) batch.add_neighbour(number, at + step * bytes);
       }
-      batch.add_record(number, in_grid(source, p, q));
-      for (std::size_t k = border ? 2 : 0; k < 6; ++k) {
-        const auto& [dp, dq] = kInner[k];
-        batch.add_neighbour(number, in_grid(source, p + dp, q + dq));
-      }
+      if (batch.is_full()) batch.hand_over(visit_);
     }
-    if (batch.is_full()) batch.hand_over(visit_);
   }
 
   void visit_base() {
@@ -316,6 +324,7 @@ class BatchVisit {
   const VisitPlan& plan_;
   const std::function<void(const VertexBatch&)>& visit_;
   Topology mesh_;
+  EdgeDepths depths_;  ///< of the present edge
   GridShape grid_;
   std::vector<Source> sources_;
   std::map<std::array<int, 3>, Batch> batches_;  ///< [valence, border, base]

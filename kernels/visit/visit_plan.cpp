@@ -91,6 +91,15 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
     numbers_.push_back(
         store.base().geometry(relative_to_base(level, first), 1, store.options().block_bytes));
   own_vertices_ = StoreAccess::own_vertices(store);
+  if (reads_rings_ && depths_ != nullptr) find_ring_depths();
+}
+
+void VisitPlan::find_ring_depths() {
+  ring_depths_.assign(mesh_.vertex_corners.size(), static_cast<std::uint8_t>(refinements_));
+  for (FaceId face = 0; face < mesh_.faces.size(); ++face)
+    for (const VertexId vertex : mesh_.faces[face])
+      ring_depths_[vertex] =
+          static_cast<std::uint8_t>(std::min<int>(ring_depths_[vertex], depths_->of(face)));
 }
 
 void VisitPlan::for_each_outer_spoke(
@@ -142,7 +151,7 @@ std::span<std::byte> VisitPlan::base_bytes(std::size_t number) const {
 }
 
 Needs VisitPlan::needs() const {
-  Needs needs{sweep_window_bytes(*store_, pass(), threads_), 0};
+  Needs needs{sweep_window_bytes(*store_, pass(), threads_), ring_depths_.size()};
   const std::uint64_t side = (std::uint64_t{1} << refinements_) + 3;  // see EdgeGrid
   const std::uint64_t grids =
       refinements_ > 0 ? static_cast<std::uint64_t>(threads_) * (side * side + 1) : 0;
@@ -191,7 +200,7 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
     SweepOptions options;
     options.threads = threads_;
     options.begins = begin;
-    options.takes_depths = !reads_rings_;
+    options.takes_depths = true;
     if (options_->progress)
       options.progress = [&](const Progress& now) {
         return options_->progress({options_->name, vertices_before(edges.first + now.done), total});

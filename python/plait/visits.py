@@ -22,7 +22,8 @@ class Vertices:
     levels: shape (count,): the level that creates each vertex.
     places: shape (count,): its number among the vertices of its level, as in store[name][level].
     valence: neighbours of each vertex, 0 if the visit reads no rings.
-    border: whether the vertices are on a border of the surface.
+    border: whether the vertices are on a border of the surface, or on an edge that only one of its
+        faces has at their level (Store.depths).
     base: whether they are base vertices.
     """
 

@@ -26,6 +26,7 @@
 #include "plait/extend/check_store.h"
 #include "plait/extend/pass.h"
 #include "plait/extend/store_access.h"
+#include "plait/job.h"
 #include "plait/notes.h"
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
@@ -407,8 +408,6 @@ TEST_CASE("PrunedStore_InWorksThatNeedAllFaces_IsRefusedInWords") {
         ErrorCode::kNotSupported);
   CHECK(error_of([&] { PatchWriter(store, {.attributes = {"position"}}); }).code() ==
         ErrorCode::kNotSupported);
-  CHECK(error_of([&] { run_pass(store, {.name = "smooth"}, {}); }).code() ==
-        ErrorCode::kNotSupported);
   CHECK(error_of([&] {
           store.add_attribute({"deep", ComponentType::kUint8, 1}, 4);
         }).code() == ErrorCode::kInvalidArgument);
@@ -422,7 +421,48 @@ TEST_CASE("PrunedStore_InWorksThatNeedAllFaces_IsRefusedInWords") {
   CHECK(again.depth(2) == 3);
 }
 
-TEST_CASE("PrunedStore_VisitedWithoutRings_HasEachVertexOnceWhereItIs") {
+TEST_CASE("PrunedStore_Smoothed_MovesVerticesInsideAFaceByTheRingsOfItsDepth") {
+  const TemporaryDirectory directory;
+  const auto from = whole_store(directory.path() / "whole", tetrahedron(), {1, 2, 3, 1});
+  const auto to = directory.path() / "pruned";
+  pruned(from, to, 0);
+  const auto patches_of = [&](const Store& store) {
+    const Reader reader(store);
+    std::vector<std::vector<Position>> patches;
+    for (FaceId face = 0; face < store.base().face_count(); ++face) {
+      const PatchView patch = reader.read_patch(face, Depth::kOwn);
+      patches.emplace_back(patch_vertex_count(patch.size()));
+      patch.attribute<Position>("position").copy_to(patches.back());
+    }
+    return patches;
+  };
+  const auto before = patches_of(open(to));
+  run_job("pass", {{"store", to.string()}, {"kind", "smooth"}, {"factor", "0.5"}});
+  const Store store = open(to);
+  const auto after = patches_of(store);
+  int inside = 0, wrong = 0;
+  for (FaceId face = 0; face < before.size(); ++face) {
+    const std::int64_t size = std::int64_t{1} << store.depth(face);
+    const auto at = [&](const std::vector<std::vector<Position>>& patches, std::int64_t i,
+                        std::int64_t j) {
+      return patches[face][static_cast<std::size_t>(patch_vertex(size, i, j))];
+    };
+    for (std::int64_t j = 1; j < size; ++j)
+      for (std::int64_t i = 1; i + j < size; ++i) {
+        const Position around = at(before, i + 1, j) + at(before, i, j + 1) +
+                                at(before, i - 1, j + 1) + at(before, i - 1, j) +
+                                at(before, i, j - 1) + at(before, i + 1, j - 1);
+        const Position expected = 0.5f * at(before, i, j) + 0.5f / 6 * around;
+        const Position off = at(after, i, j) - expected;
+        ++inside;
+        wrong += !(std::sqrt(dot(off, off)) < 1e-5f);
+      }
+  }
+  CHECK(inside > 20);
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("PrunedStore_Visited_HasEachVertexOnceWhereItIs") {
   std::mt19937 random(51);
   for (const IndexedMesh& mesh : {random_sphere(6, 40), random_sheet(6, 40), open_fan(5)})
     for (const int threads : {1, 2}) {
@@ -459,14 +499,12 @@ TEST_CASE("PrunedStore_VisitedWithoutRings_HasEachVertexOnceWhereItIs") {
                        });
         CHECK(visited == counts_at_level(store.base(), finest).vertices);
         CHECK(right);
-        const auto rings = [&](int level) {
-          visit_vertices(store, {.name = "rings", .level = level},
-                         std::tuple{rings_of<Position>("position")},
-                         [](const VertexRun&, const VertexRings<Position>&) {});
-        };
-        rings(store.base().depths()->shallowest());
-        if (store.base().depths()->shallowest() < finest)
-          CHECK(code_of([&] { rings(finest); }) == ErrorCode::kNotSupported);
+        std::atomic<std::uint64_t> with_rings = 0;
+        visit_vertices(
+            store, {.name = "rings", .threads = threads},
+            std::tuple{rings_of<Position>("position")},
+            [&](const VertexRun& run, const VertexRings<Position>&) { with_rings += run.count; });
+        CHECK(with_rings == visited);
         store.commit();
       }
       const Store store = open(directory.path() / "pruned");

@@ -120,17 +120,27 @@ def test_a_pruned_store_has_a_depth_for_each_face(tmp_path):
             assert mesh.vertices.shape == (counts.vertices, 3)
             assert len(mesh.triangles) == counts.faces and set(mesh.triangles.ravel()) == set(
                 range(counts.vertices)) and counts.vertices - counts.edges + counts.faces == 2
-            # A visit without rings has the vertices that there are.
+            # The deepest face has its own patch in it.
+            patch = whole.patch(4, level)
+            assert set(map(tuple, patch)) <= set(map(tuple, mesh.vertices))
+        # A visit has the vertices that there are.
         seen = []
         store.visit(lambda vertices: seen.append(vertices["position"].copy()), reads="position")
         assert sum(map(len, seen)) == store.counts(3).vertices
         assert np.array_equal(np.sort(np.concatenate(seen), axis=0),
                               np.sort(store["position"].upto(3), axis=0))
-        with pytest.raises(plait.NotSupported, match="depths"):
-            store.visit(lambda vertices: None, reads="position", rings=True)
-        # The deepest face has its own patch in it.
-            patch = whole.patch(4, level)
-            assert set(map(tuple, patch)) <= set(map(tuple, mesh.vertices))
+        # Vertices that only one face of an edge has are on a border; the surface has no other.
+        with_rings = []
+        store.visit(lambda vertices: with_rings.append(
+            (len(vertices["position"]), vertices.border)), reads="position", rings=True)
+        assert sum(count for count, _ in with_rings) == store.counts(3).vertices
+        sides = {tuple(sorted((face[k], face[(k + 1) % 3]))): [] for face in whole.base.triangles
+                 for k in range(3)}
+        for face, depth in zip(whole.base.triangles, depths):
+            for k in range(3):
+                sides[tuple(sorted((face[k], face[(k + 1) % 3])))].append(2 ** int(depth))
+        assert sum(count for count, border in with_rings if border) == sum(
+            abs(a - b) for a, b in sides.values())
         store.verify()
     report = plait.convert(tmp_path / "pruned.plait", tmp_path / "uniform.plait", depth="uniform",
                            warn=[].append)

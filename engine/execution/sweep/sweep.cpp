@@ -69,9 +69,7 @@ std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int thread
 
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try {
   const int threads = thread_count(options.threads, fmt::format("sweep '{}'", pass.name));
-  const bool has_own_slots = std::ranges::all_of(
-      pass.accesses, [](const LevelAccess& access) { return access.reach == Reach::kOwn; });
-  if (!options.takes_depths || !has_own_slots)
+  if (!options.takes_depths)
     for (const LevelAccess& access : pass.accesses)
       if (access.first_level <= access.last_level)
         StoreAccess::refuse_depths(store, fmt::format("sweep '{}' over", pass.name),

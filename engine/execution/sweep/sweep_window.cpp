@@ -8,7 +8,8 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), pass_(pass) {
+SweepWindow::SweepWindow(Store& store, const SweepPass& pass)
+    : store_(store), pass_(pass), has_depths_(store.base().depths() != nullptr) {
   for (const LevelAccess& access : pass.accesses) {
     first_of_.push_back(levels_.size());
     for (int number = access.first_level; number <= access.last_level; ++number) {
@@ -45,6 +46,14 @@ void SweepWindow::plan(EdgeId first, EdgeId after) {
     const std::span<PinnedLevel> levels = levels_of(access);
     if (levels.empty()) continue;
     PinnedLevel& finest = levels.back();
+    if (has_depths_) {
+      for (EdgeId edge = first; edge < after; ++edge)
+        for_each_edge_in_reach(mesh, edge, pass_.accesses[access].reach, [&](EdgeId needed) {
+          for (PinnedLevel& level : levels)
+            if (level.geometry().has_slot(needed)) level.need(needed);
+        });
+      continue;
+    }
     for (EdgeId edge = first; edge < after; ++edge)
       for_each_edge_in_reach(mesh, edge, pass_.accesses[access].reach,
                              [&](EdgeId needed) { finest.need(needed); });
@@ -82,8 +91,9 @@ void SweepWindow::look_ahead(EdgeId first, EdgeId run_edges) {
 /// another one.
 bool SweepWindow::announce(PinnedLevel& level, Reach reach, EdgeId edge) {
   bool taken = true;
-  for_each_edge_in_reach(store_.base().topology(), edge, reach,
-                         [&](EdgeId needed) { taken = taken && level.announce(session_, needed); });
+  for_each_edge_in_reach(store_.base().topology(), edge, reach, [&](EdgeId needed) {
+    taken = taken && (!level.geometry().has_slot(needed) || level.announce(session_, needed));
+  });
   return taken;
 }
 

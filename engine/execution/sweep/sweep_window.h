@@ -81,6 +81,7 @@ class SweepWindow {
 
   Store& store_;
   const SweepPass& pass_;
+  bool has_depths_;
   Session session_;
   std::vector<PinnedLevel> levels_;  ///< for each access, from coarse to fine
   std::vector<std::size_t>

@@ -61,9 +61,11 @@ struct VertexRun {
   bool is_of_other_face_ = false;  ///< a half slot in the frame of the face across the edge
 };
 
-/// The vertices of a run and their neighbours, all at the finest level of the visit. All vertices
-/// of the run have equally many neighbours, and are either all on a border or all inside. Valid
-/// during the kernel call.
+/// The vertices of a run and their neighbours, all at the finest level of the visit. In a store
+/// whose faces have depths of their own, the neighbours of a vertex are at the finest level that
+/// all faces around the vertex have. A vertex on an edge that only one of the two faces has is, for
+/// that face, on a border. All vertices of the run have equally many neighbours, and are either all
+/// on a border or all inside. Valid during the kernel call.
 template <class Record>
 class VertexRings {
  public:

@@ -21,7 +21,6 @@
 // in docs/writing.md.
 #pragma once
 
-#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -35,6 +34,7 @@
 #include "plait/detail/edge_grid.h"
 #include "plait/detail/gather_grid.h"
 #include "plait/detail/namespace.h"
+#include "plait/detail/ring_runs.h"
 #include "plait/detail/ring_table.h"
 #include "plait/detail/visit_plan.h"
 #include "plait/extend/base_relative_level.h"
@@ -88,15 +88,13 @@ RecordsOf<Record, Access::kUpdate> updates(std::string_view attribute) {
 // its vertices, begin_base() once before the base vertices, and base() for each run of them.
 namespace visit {
 
-/// A row of a slot, or a whole slot.
+/// Vertices of a row of a slot, or a whole slot.
 struct VertexPlace {
   std::size_t access;
   EdgeId edge;
-  int worker, refinement;
+  int worker;
   VertexRun run;
-  std::int64_t row = 0, column = 0;
-  std::size_t position = 0;  ///< of the first vertex in its slot
-  bool border = false;
+  RingRun rings;  ///< of all vertices of the run; position 0 if the visit reads no rings
 };
 
 template <class Spec>
@@ -114,7 +112,7 @@ class Source<RecordsOf<Record, kHow>> {
   void begin_base(const VisitPlan&, std::size_t) noexcept {}
   Argument at(const SweepView& view, const VertexPlace& place) const noexcept {
     return view.records<typename Argument::element_type>(place.access, place.run.level, place.edge)
-        .subspan(place.position, place.run.count);
+        .subspan(place.rings.position, place.run.count);
   }
   Argument base(const VertexRun& run) const noexcept {
     return base_.subspan(static_cast<std::size_t>(run.first), run.count);
@@ -128,37 +126,40 @@ template <class Record>
 class Source<RingsOf<Record>> {
  public:
   Source(const VisitPlan& plan, std::size_t access)
-      : mesh_(plan.store().base().topology()),
+      : plan_(plan),
+        mesh_(plan.store().base().topology()),
         base_level_(plan.store().base_level()),
-        refinements_(plan.refinements()),
         base_(std::as_const(plan.store()).template base_records<Record>(plan.attribute(access))),
         rings_(mesh_.edges.size()),
-        grids_(refinements_ > 0 ? static_cast<std::size_t>(plan.threads()) : 0) {
-    for (EdgeGrid<Record>& grid : grids_) grid.resize(refinements_);
-    if (refinements_ == 0) {
-      rings_.set_from_base(mesh_, base_);
-      return;
-    }
-    const std::ptrdiff_t stride = grids_.front().stride();
-    inner_ = {stride, 1, 1 - stride, -stride, -1, stride - 1};
-    border_ = {1 - stride, -stride, -1, stride - 1};
+        around_edges_(plan.refinements() > 0 ? static_cast<std::size_t>(plan.threads()) : 0) {
+    if (plan.refinements() == 0) rings_.set_from_base(mesh_, base_);
+    for (AroundEdge& around : around_edges_) around.set(plan.grid_depths());
   }
-  void begin(const SweepView& view, std::size_t access, EdgeId edge, int worker) noexcept {
-    EdgeGrid<Record>& grid = grids_[static_cast<std::size_t>(worker)];
-    gather(mesh_, SlotSource<Record>{view, access, base_level_}, base_, edge, 0, refinements_,
+  void begin(const SweepView& view, std::size_t access, EdgeId edge, int worker) {
+    AroundEdge& around = around_edges_[static_cast<std::size_t>(worker)];
+    if (const EdgeDepths depths = plan_.depths_of(edge); depths != around.depths)
+      around.set(depths);
+    EdgeGrid<Record>& grid = around.grid;
+    gather(mesh_, SlotSource<Record>{view, access, base_level_}, base_, edge, plan_.grid_levels(),
            grid);
-    rings_.set(edge, *grid.at(grid.size() - 1, 1), *grid.at(1, grid.size() - 1));
+    const auto to_next = [&](VertexId vertex) {
+      return std::int64_t{1} << (grid.level() - plan_.ring_depth(vertex));
+    };
+    const std::int64_t from_start = to_next(mesh_.edges[edge].start);
+    const std::int64_t from_end = to_next(mesh_.edges[edge].end);
+    rings_.set(edge, *grid.at(grid.size() - from_start, from_start),
+               *grid.at(from_end, grid.size() - from_end));
   }
   VertexRings<Record> at(const SweepView&, const VertexPlace& place) const noexcept {
-    const EdgeGrid<Record>& grid = grids_[static_cast<std::size_t>(place.worker)];
-    const std::int64_t scale = std::int64_t{1} << (refinements_ - place.refinement);
-    const Record* const first =
-        grid.at((2 * place.row + 1) * scale, (2 * place.column + 1) * scale);
-    return place.border ? VertexRings<Record>(first, 2 * scale, border_.data(), 4, true)
-                        : VertexRings<Record>(first, 2 * scale, inner_.data(), 6, false);
+    const AroundEdge& around = around_edges_[static_cast<std::size_t>(place.worker)];
+    const RingRun& run = place.rings;
+    const std::span<const std::ptrdiff_t> steps =
+        (run.depth == around.depths.own ? around.own : around.other).of(run.extent);
+    return {around.grid.at(run.p, run.q), run.step, steps.data(), static_cast<int>(steps.size()),
+            run.extent != RingExtent::kWhole};
   }
   void begin_base(const VisitPlan& plan, std::size_t access) {
-    if (refinements_ == 0) return;
+    if (plan.refinements() == 0) return;
     plan.for_each_outer_spoke(
         access, [&](EdgeId edge, const std::byte* next_to_start, const std::byte* next_to_end) {
           rings_.set(edge, *reinterpret_cast<const Record*>(next_to_start),
@@ -178,39 +179,29 @@ class Source<RingsOf<Record>> {
   }
 
  private:
+  /// The grid of an edge, and the rings in it at the depths of both faces.
+  struct AroundEdge {
+    EdgeGrid<Record> grid;
+    EdgeDepths depths;
+    RingSteps own, other;
+
+    void set(const EdgeDepths& now) {
+      depths = now;
+      grid.resize(now.deeper());
+      own = RingSteps(grid.stride(), std::ptrdiff_t{1} << (now.deeper() - now.own));
+      other = RingSteps(grid.stride(), std::ptrdiff_t{1} << (now.deeper() - now.other));
+    }
+  };
+
+  const VisitPlan& plan_;
   Topology mesh_;
-  int base_level_, refinements_;
+  int base_level_;
   std::span<const Record> base_;
   RingTable<Record> rings_;
-  std::vector<EdgeGrid<Record>> grids_;  ///< [worker]
-  std::array<std::ptrdiff_t, 6> inner_{};
-  std::array<std::ptrdiff_t, 4> border_{};
-  std::vector<Record> around_;  ///< a base vertex and its neighbours
+  std::vector<AroundEdge> around_edges_;  ///< [worker]
+  std::vector<Record> around_;            ///< a base vertex and its neighbours
   std::vector<std::ptrdiff_t> in_order_;
 };
-
-/// Calls place_kernel(place) for the runs of a slot: for each row, the vertices inside and then the
-/// one on a border, if there is one.
-template <class PlaceKernel>
-void for_each_row(VertexPlace place, const SlotRows& rows, PlaceKernel place_kernel) {
-  const VertexRun slot = place.run;
-  const std::int64_t n = slot_side(place.refinement);
-  for (std::int64_t row = 0; row < n; ++row) {
-    const std::int64_t inside = rows.inside(n, row);
-    const auto visit = [&](std::int64_t column, std::int64_t count, bool border) {
-      place.row = row;
-      place.column = column;
-      place.position =
-          static_cast<std::size_t>(slot_position(place.refinement, rows.shape, row, column));
-      place.border = border;
-      place.run.first = slot.first + place.position;
-      place.run.count = static_cast<std::size_t>(count);
-      place_kernel(place);
-    };
-    if (inside > 0) visit(0, inside, false);
-    if (rows.border) visit(inside, 1, true);
-  }
-}
 
 template <class... Specs>
 std::vector<VisitedAttribute> attributes_of(const std::tuple<Specs...>& attributes) {
@@ -230,7 +221,6 @@ inline constexpr bool kIsKernel =
 template <class Kernel, class... Specs, std::size_t... kNumbers>
 void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>...>& sources,
          std::index_sequence<kNumbers...>) {
-  const Topology mesh = plan.store().base().topology();
   plan.run(
       [&](const SweepView& view, EdgeId edge, int worker) {
         (std::get<kNumbers>(sources).begin(view, kNumbers, edge, worker), ...);
@@ -242,11 +232,16 @@ void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>..
           kernel(std::as_const(place.run), at(std::get<kNumbers>(sources), kNumbers)...);
         };
         for (int refinement = 1; refinement <= plan.refinements(); ++refinement) {
-          const VertexPlace slot{0, edge, worker, refinement,
-                                 plan.run_of(refinement, edge, worker)};
+          const VertexPlace slot{0, edge, worker, plan.run_of(refinement, edge, worker), {}};
           if constexpr ((Specs::kRings || ...))
-            for_each_row(slot, {plan.shape_of(refinement, edge), mesh.edges[edge].is_border()},
-                         call);
+            for_each_ring_run(plan.depths_of(edge), plan.shape_of(refinement, edge), refinement,
+                              [&](const RingRun& rings) {
+                                VertexPlace place = slot;
+                                place.run.first += rings.position;
+                                place.run.count = rings.count;
+                                place.rings = rings;
+                                call(place);
+                              });
           else if (slot.run.count > 0)
             call(slot);
         }
@@ -267,8 +262,9 @@ void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>..
 /// an attribute writes to another one, because otherwise the result would depend on the order.
 /// Store::replace_attribute() then gives the new one the name of the old one.
 ///
-/// In a store whose faces have depths of their own, a visit without rings has the vertices that
-/// there are; one that reads rings needs levels that all faces have.
+/// In a store whose faces have depths of their own (docs/adaptive.md), a visit has the vertices
+/// that there are, and their rings are those that VertexRings describes. Where both faces of an
+/// edge have different depths, a row of a slot comes in up to three calls.
 ///
 /// The kernel is called from several threads at once (docs/threads.md) if options.threads > 1, for
 /// base vertices from the calling thread alone. It must not call functions of `store`. If it

@@ -120,7 +120,7 @@ bool grid_is_right(const BaseMesh& base, const std::vector<int>& depths, Adaptiv
   grid.resize(level);
   const std::int64_t size = grid.size();
   std::fill_n(grid.at(-1, -1), grid.shape().point_count(), kUnused);
-  gather(base.topology(), levels, levels.base_records(), edge, 0, level, grid);
+  gather(base.topology(), levels, levels.base_records(), edge, {0, level}, grid);
   bool right = true;
   for (std::int64_t p = 0; p <= size; ++p)
     for (std::int64_t q = 0; q <= size; ++q) {

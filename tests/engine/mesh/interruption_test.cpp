@@ -1,6 +1,8 @@
 // Long steps that know nothing of progress ask whether they shall go on, and stop soon.
 #include "base/interruption.h"
 
+#include <tbb/task_arena.h>
+
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -29,17 +31,21 @@ namespace {
 
 constexpr std::chrono::milliseconds kAlways(0);
 
-/// How often the work asks; `most` answers are yes.
+/// How often the work asks on a pool of one thread, where the number is the same each time (with
+/// more threads, those of the pool may take steps, and they do not ask); `most` answers are yes.
 int questions_of(const std::function<void()>& work, int most, bool& was_cancelled) {
   int questions = 0;
   const ProgressCallback progress = [&](const Progress& now) {
     CHECK(now.phase == "trial");
     return ++questions <= most;
   };
-  const Interruptible interruptible("trial", progress, kAlways);
   was_cancelled = false;
+  tbb::task_arena one_thread(1);
   try {
-    work();
+    one_thread.execute([&] {
+      const Interruptible interruptible("trial", progress, kAlways);
+      work();
+    });
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kCancelled);
     CHECK_THAT(error.what(), Catch::Contains("trial: cancelled"));

@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "plait/attribute.h"
+#include "plait/detail/edge_grid.h"
 #include "plait/detail/face_depths.h"
 #include "plait/detail/namespace.h"
+#include "plait/detail/ring_runs.h"
 #include "plait/extend/level_geometry.h"
 #include "plait/extend/sweep.h"
 #include "plait/needs.h"
@@ -108,6 +110,22 @@ class VisitPlan {
   SlotShape shape_of(int refinement, EdgeId edge) const {
     return numbers_[static_cast<std::size_t>(refinement - 1)].slot(edge).shape;
   }
+  /// The levels of the faces of an edge that fill its grid.
+  FaceLevels grid_levels() const noexcept { return {0, refinements_, depths_}; }
+  /// Of an edge whose faces have all levels of the visit.
+  EdgeDepths grid_depths() const noexcept { return {refinements_, refinements_}; }
+  EdgeDepths depths_of(EdgeId edge) const noexcept {
+    if (depths_ == nullptr) return grid_depths();
+    const Edge& of = mesh_.edges[edge];
+    const FaceLevels levels = grid_levels();
+    const int own = levels.last_of(of.own.face());
+    return {own, of.is_border() ? own : levels.last_of(of.other.face())};
+  }
+  /// How often all faces around a base vertex are refined, at most as often as the visit goes. Its
+  /// ring is there.
+  int ring_depth(VertexId vertex) const noexcept {
+    return ring_depths_.empty() ? refinements_ : ring_depths_[vertex];
+  }
 
   Needs needs() const;
   /// Calls edge_kernel(view, edge, worker) for each edge, from several threads, and then
@@ -119,6 +137,7 @@ class VisitPlan {
 
  private:
   SweepPass pass() const;
+  void find_ring_depths();
   /// The base vertices of the visit.
   std::uint64_t base_vertices() const;
   /// The vertices of the levels that belong to edges from the first one of the visit on.
@@ -134,6 +153,7 @@ class VisitPlan {
   bool reads_rings_ = false;
   std::vector<LevelGeometry> numbers_;  ///< [refinement - 1] as if records had one byte
   std::optional<std::vector<VertexId>> own_vertices_;  ///< in the store of one part
+  std::vector<std::uint8_t> ring_depths_;  ///< [vertex] if the visit reads rings and depths differ
 };
 
 PLAIT_END_NAMESPACE

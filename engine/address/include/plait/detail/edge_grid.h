@@ -22,6 +22,7 @@
 #include <span>
 #include <vector>
 
+#include "plait/detail/face_depths.h"
 #include "plait/detail/namespace.h"
 #include "plait/detail/slot_shapes.h"
 #include "plait/extend/edge_index.h"
@@ -149,19 +150,30 @@ void for_each_slot_row(const EdgeGrid<Record>& grid, int level, Visit visit) {
     visit(row, grid.at((2 * row + 1) * scale, scale), 2 * scale, n);
 }
 
-/// Calls corner(point, vertex) for the base vertices of the faces of `edge` if `first` is 0, and
-/// record(point, slot, position) for the vertices that levels `first` to `last` create on these
-/// faces. Points count from the point (0, 0). `slot_of(level, edge)` gives the slot of an edge of
-/// its faces: anything that has a member `shape`. REQUIRES: both faces have these levels.
+/// Levels of the faces of an edge: all from `first` to `last`, or those of them that the face has.
+struct FaceLevels {
+  int first = 0, last = 0;
+  const FaceDepths* depths = nullptr;  ///< nullptr: every face has all of them
+
+  int last_of(FaceId face) const noexcept {
+    return depths == nullptr ? last : std::min(last, depths->of(face));
+  }
+};
+
+/// Calls corner(point, vertex) for the base vertices of the faces of `edge` if levels.first is 0,
+/// and record(point, slot, position) for the vertices that `levels` create on these faces. Points
+/// count from the point (0, 0). `slot_of(level, edge)` gives the slot of an edge of its faces:
+/// anything that has a member `shape`.
 template <class SlotOf, class Corner, class PutRecord>
 void for_each_place_around(const Topology& mesh, EdgeId edge, const GridShape& grid,
-                           const SlotOf& slot_of, int first, int last, Corner corner,
+                           const SlotOf& slot_of, const FaceLevels& levels, Corner corner,
                            PutRecord record) {
   for (const bool turned : {false, true}) {
     const FaceSide side = turned ? mesh.edges[edge].other : mesh.edges[edge].own;
     if (!side.exists()) continue;
-    if (first == 0) for_each_corner(mesh, grid, side, turned, corner);
-    for (int level = std::max(first, 1); level <= last; ++level)
+    if (levels.first == 0) for_each_corner(mesh, grid, side, turned, corner);
+    const int last = levels.last_of(side.face());
+    for (int level = std::max(levels.first, 1); level <= last; ++level)
       for (int turn = 0; turn < 3; ++turn) {
         const FaceSide at(side.face(), (side.side() + turn) % 3);
         const EdgeId of = mesh.face_edges[at.face()][static_cast<std::size_t>(at.side())];
@@ -180,10 +192,10 @@ void for_each_place_around(const Topology& mesh, EdgeId edge, const GridShape& g
 /// Calls put(point, record) for these vertices. `source.slot(level, edge)` gives the SlotRecords.
 template <class Record, class Source, class Put>
 void for_each_around(const Topology& mesh, EdgeId edge, const GridShape& grid,
-                     std::span<const Record> base, const Source& source, int first, int last,
+                     std::span<const Record> base, const Source& source, const FaceLevels& levels,
                      Put put) {
   for_each_place_around(
-      mesh, edge, grid, [&](int level, EdgeId of) { return source.slot(level, of); }, first, last,
+      mesh, edge, grid, [&](int level, EdgeId of) { return source.slot(level, of); }, levels,
       [&](std::int64_t point, VertexId vertex) { put(point, base[vertex]); },
       [&](std::int64_t point, const SlotRecords<const Record>& slot, std::int64_t position) {
         put(point, slot.data()[position]);
@@ -193,8 +205,8 @@ void for_each_around(const Topology& mesh, EdgeId edge, const GridShape& grid,
 /// Fills `grid` with these vertices, at their places in a grid of level grid.level().
 template <class Record, class Source>
 void gather(const Topology& mesh, const Source& source, std::span<const Record> base, EdgeId edge,
-            int first, int last, EdgeGrid<Record>& grid) {
-  for_each_around(mesh, edge, grid.shape(), base, source, first, last,
+            const FaceLevels& levels, EdgeGrid<Record>& grid) {
+  for_each_around(mesh, edge, grid.shape(), base, source, levels,
                   [points = grid.at(0, 0)](std::int64_t point, const Record& record) {
                     points[point] = record;
                   });

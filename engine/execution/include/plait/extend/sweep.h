@@ -79,8 +79,8 @@ struct SweepOptions {
   /// Called when nothing can refuse the pass any more, before its first change: a work of which the
   /// pass is the first step marks there what it writes (UnfinishedLevels). May be empty.
   std::function<void()> begins = {};
-  /// The pass accesses only own slots, and its kernel takes slots of all shapes, absent ones too.
-  /// Only such passes work on a store with depths (docs/adaptive.md).
+  /// The kernel takes slots of all shapes, absent ones too, and takes of an absent slot nothing but
+  /// its shape. Only such passes work on a store with depths (docs/adaptive.md).
   bool takes_depths = false;
 };
 
