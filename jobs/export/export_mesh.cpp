@@ -180,9 +180,6 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   check_position(store, position);
   const int level = request.level >= 0 ? request.level : store.attributes()[position].finest_level;
   check_level(store, position, level);
-  // A piece ends where the next one begins, whose vertices it does not have.
-  if (format == MeshFormat::kPvtp)
-    StoreAccess::refuse_depths(store, "export to .pvtp (all others can have it)", level);
   const std::vector<AttributeId> extras =
       chosen_attributes(store, position, level, format, request);
   check_face_attributes(store, format, request);

@@ -7,8 +7,14 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-PatchSelection::PatchSelection(const BaseMesh& base, int refinements, std::vector<FaceId> faces)
-    : mesh_(base.topology()),
+PatchSelection PatchSelection::part(std::vector<FaceId> faces) const {
+  return {*base_, refinements_, std::move(faces), depths_ == nullptr ? nullptr : this};
+}
+
+PatchSelection::PatchSelection(const BaseMesh& base, int refinements, std::vector<FaceId> faces,
+                               const PatchSelection* whole)
+    : base_(&base),
+      mesh_(base.topology()),
       depths_(base.depths()),
       refinements_(refinements),
       faces_(std::move(faces)),
@@ -17,6 +23,10 @@ PatchSelection::PatchSelection(const BaseMesh& base, int refinements, std::vecto
   for (const FaceId face : faces_) {
     selected_[face] = true;
     for (const VertexId vertex : mesh_.faces[face]) number_[vertex] = 0;
+  }
+  if (whole != nullptr) {
+    others_ = whole->selected_;
+    for (const FaceId face : faces_) others_[face] = false;
   }
   for (VertexId vertex = 0; vertex < number_.size(); ++vertex)
     if (number_[vertex] != kNoId) {
@@ -42,10 +52,9 @@ PatchSelection::PatchSelection(const BaseMesh& base, int refinements, std::vecto
 SlotShapes PatchSelection::make_shapes(int level) const {
   std::vector<EdgeId> half, absent;
   for (EdgeId edge = 0; edge < mesh_.edges.size(); ++edge) {
-    const bool own =
-        depths_ == nullptr ? contains(mesh_.edges[edge].own) : has(mesh_.edges[edge].own, level);
-    const bool other = depths_ == nullptr ? contains(mesh_.edges[edge].other)
-                                          : has(mesh_.edges[edge].other, level);
+    const Edge& of = mesh_.edges[edge];
+    const bool own = depths_ == nullptr ? contains(of.own) : has(of.own, of.other, level);
+    const bool other = depths_ == nullptr ? contains(of.other) : has(of.other, of.own, level);
     if (!own && !other)
       absent.push_back(edge);
     else if (!own || !other)
@@ -60,7 +69,8 @@ DrawnDepths PatchSelection::drawn(FaceId face) const {
   drawn.sides.fill(drawn.face);
   if (depths_ == nullptr) return drawn;
   for (int side = 0; side < 3; ++side)
-    if (const FaceSide beyond = mesh_.across(FaceSide(face, side)); contains(beyond)) {
+    if (const FaceSide beyond = mesh_.across(FaceSide(face, side));
+        contains(beyond) || is_in_other_part(beyond)) {
       int& there = drawn.sides[static_cast<std::size_t>(side)];
       there = std::max(there, depth(beyond.face()));
     }
@@ -68,7 +78,7 @@ DrawnDepths PatchSelection::drawn(FaceId face) const {
 }
 
 bool PatchSelection::has_own_face(EdgeId edge, BaseRelativeLevel level) const {
-  return has(mesh_.edges[edge].own, level.refinements);
+  return has(mesh_.edges[edge].own, mesh_.edges[edge].other, level.refinements);
 }
 
 std::uint64_t PatchSelection::number(const FaceIndex& point) const {

@@ -29,7 +29,12 @@ class PatchSelection {
  public:
   /// `faces` ascend. `refinements`: how often the base mesh is refined, at most; a face of a base
   /// mesh with depths only as often as its depth says.
-  PatchSelection(const BaseMesh& base, int refinements, std::vector<FaceId> faces);
+  PatchSelection(const BaseMesh& base, int refinements, std::vector<FaceId> faces)
+      : PatchSelection(base, refinements, std::move(faces), nullptr) {}
+  /// Some of the patches, ascending `faces`, drawn as they are among all of them. Where a face of
+  /// another part is deeper, this part has its half slots of the side too, of which triangles use
+  /// only the vertices on the side.
+  PatchSelection part(std::vector<FaceId> faces) const;
 
   int refinements() const { return refinements_; }
   std::span<const FaceId> faces() const { return faces_; }
@@ -51,22 +56,37 @@ class PatchSelection {
   std::uint64_t number(const FaceIndex& point) const;
 
  private:
+  PatchSelection(const BaseMesh& base, int refinements, std::vector<FaceId> faces,
+                 const PatchSelection* whole);
+
   bool contains(FaceSide side) const { return side.exists() && selected_[side.face()]; }
+  /// Whether the face is in another part of the same selection.
+  bool is_in_other_part(FaceSide side) const {
+    return side.exists() && !others_.empty() && others_[side.face()];
+  }
   int depth(FaceId face) const {
     return depths_ == nullptr ? refinements_ : std::min(refinements_, depths_->of(face));
   }
-  bool has(FaceSide side, int level) const { return contains(side) && depth(side.face()) >= level; }
+  /// Whether the patches have the half of a slot that is in the face of `side`, and `beyond` is the
+  /// other face of the edge.
+  bool has(FaceSide side, FaceSide beyond, int level) const {
+    if (!side.exists() || depth(side.face()) < level) return false;
+    return contains(side) ||
+           (is_in_other_part(side) && contains(beyond) && depth(beyond.face()) < level);
+  }
   SlotShapes make_shapes(int level) const;
   const SlotShapes& shapes_at(int level) const {
     return shapes_[depths_ == nullptr ? 0 : static_cast<std::size_t>(level - 1)];
   }
 
+  const BaseMesh* base_;
   Topology mesh_;
   const FaceDepths* depths_;
   int refinements_;
   std::uint64_t triangle_count_ = 0;
   std::vector<FaceId> faces_;
   std::vector<bool> selected_;           ///< [face]
+  std::vector<bool> others_;             ///< [face] in other parts; empty if there are none
   std::vector<VertexId> vertices_;       ///< ascending
   std::vector<std::uint32_t> number_;    ///< [base vertex] its number, if a patch has it
   std::vector<SlotShapes> shapes_;       ///< [level - 1] with depths; else one for all levels

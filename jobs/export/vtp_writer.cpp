@@ -201,8 +201,8 @@ std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files) {
   const auto ending_of = [](std::uint64_t piece) { return fmt::format("_{}.vtp", piece); };
   for (std::uint64_t piece = 0; piece < pieces; ++piece) {
     const std::string ending = ending_of(piece);
-    const PatchSelection part(task.store.base(), task.patches.refinements(),
-                              face_stretch(task.patches.faces(), piece, pieces));
+    const PatchSelection part =
+        task.patches.part(face_stretch(task.patches.faces(), piece, pieces));
     ExportTask of_piece{task.store,  task.request, task.format,   task.level, task.position,
                         task.extras, part,         task.progress, task.warn};
     OutputStream output(files.add(ending), StreamCompression::kNone);

@@ -52,7 +52,7 @@ class Fractal {
 };
 
 /// Lengths are added as whole numbers, so that the sum does not depend on threads: 2^32 is the
-/// diagonal. Every edge is added twice, once at each end.
+/// diagonal. Every edge is added twice, once at each end, but where depths of faces differ.
 double mean_edge(Store& store, double diagonal, const VisitOptions& options) {
   struct alignas(64) Sum {  // of one thread, in a cache line of its own
     std::uint64_t lengths = 0, count = 0;

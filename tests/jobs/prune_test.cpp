@@ -210,6 +210,50 @@ TEST_CASE("Drawn_OfAPrunedStore_HasThePositionsOfItsVertices") {
   }
 }
 
+TEST_CASE("Drawn_InParts_HasTheTrianglesOfTheWhole") {
+  std::mt19937 random(11);
+  using Corners = std::array<std::array<float, 3>, 3>;
+  for (const IndexedMesh& mesh : {random_sphere(12, 40), random_sheet(12, 40), closed_fan(7)}) {
+    const TemporaryDirectory directory;
+    const std::uint64_t faces = BaseMesh::build(mesh).face_count();
+    const auto to = directory.path() / "pruned";
+    pruned(whole_store(directory.path() / "whole", mesh, random_depths(faces, random, kLevels)), to,
+           0);
+    Store store = open(to);
+    const auto triangles_of = [&](const PatchSelection& patches) {
+      std::vector<std::array<float, 3>> positions;
+      const AttributeId position = store.attribute("position");
+      stream_vertices(
+          store, std::span(&position, 1), patches, [&](auto records, std::size_t count) {
+            const std::size_t before = positions.size();
+            positions.resize(before + count);
+            std::memcpy(positions.data() + before, records[0].data(), count * sizeof positions[0]);
+          });
+      REQUIRE(positions.size() == patches.vertex_count());
+      std::vector<Corners> triangles;
+      for_each_numbered_triangle(
+          patches,
+          [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+            triangles.push_back({positions.at(a), positions.at(b), positions.at(c)});
+          },
+          [](std::uint64_t) {});
+      REQUIRE(triangles.size() == patches.triangle_count());
+      return triangles;
+    };
+    for (const int level : {store.finest_level(), 1}) {
+      const PatchSelection whole(store.base(), level, all_faces(store.base()));
+      for (const std::uint64_t parts : {std::uint64_t{2}, std::uint64_t{5}, faces}) {
+        std::vector<Corners> together;
+        for (std::uint64_t part = 0; part < parts; ++part)
+          for (const Corners& triangle :
+               triangles_of(whole.part(face_stretch(whole.faces(), part, parts))))
+            together.push_back(triangle);
+        CHECK((together == triangles_of(whole)));
+      }
+    }
+  }
+}
+
 TEST_CASE("Prune_ByDistance_HoldsTheToleranceOfWhatIsDrawn") {
   for (const int balance : {0, 1}) {
     CAPTURE(balance);
