@@ -8,6 +8,7 @@
 #include "io/machine.h"
 #include "mesh/weld.h"
 #include "plait/mesh_io.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -65,6 +66,16 @@ std::optional<JobError> lacks_memory(std::string_view what, std::uint64_t needed
 void check_memory(std::string_view what, std::uint64_t needed_bytes, bool ignore) {
   if (ignore) return;
   if (const auto refusal = lacks_memory(what, needed_bytes)) throw JobError(*refusal);
+}
+
+void warn_of_fewer_threads(std::string_view what, int taken, int asked, std::uint64_t budget_bytes,
+                           const std::function<void(const std::string&)>& warn) {
+  const int wanted = thread_count(asked, what);
+  if (warn && taken < wanted)
+    warn(
+        fmt::format("{}: {} threads of {}: the scratch memory of more does not fit the budget of "
+                    "{} (--memory)",
+                    what, taken, wanted, format_bytes(budget_bytes)));
 }
 
 PLAIT_END_NAMESPACE

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -58,5 +59,10 @@ JobError needs_compression(std::string_view verb, const RegisteredBackend& backe
 std::optional<JobError> lacks_memory(std::string_view what, std::uint64_t needed_bytes);
 /// Throws it, unless `ignore`.
 void check_memory(std::string_view what, std::uint64_t needed_bytes, bool ignore);
+
+/// Warns if a work takes fewer threads than were asked for (0: all processors), because the memory
+/// of more does not fit the budget. `what` begins the message. `warn` may be empty.
+void warn_of_fewer_threads(std::string_view what, int taken, int asked, std::uint64_t budget_bytes,
+                           const std::function<void(const std::string&)>& warn);
 
 PLAIT_END_NAMESPACE

@@ -7,6 +7,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <stdexcept>
@@ -58,6 +59,11 @@ std::thread start_thread(std::string_view what, std::function<void()> work);
 
 /// The error of a thread that could not be started.
 [[noreturn]] void refuse_thread(std::string_view what, std::string_view reason);
+
+/// The next smaller number of threads to try when the memory of more does not fit.
+constexpr int fewer_threads(int threads) noexcept {
+  return std::max(1, threads - std::max(1, threads / 4));
+}
 
 /// Joins its threads when it ends.
 class JoinedThreads {

@@ -195,4 +195,9 @@ void FramePool::set_aside(std::uint64_t bytes) noexcept {
   if (used_bytes_ <= budget_bytes()) make_room(0);
 }
 
+void FramePool::lend(std::int64_t bytes) noexcept {
+  lent_bytes_ += static_cast<std::uint64_t>(bytes);
+  if (used_bytes_ <= budget_bytes()) make_room(0);
+}
+
 PLAIT_END_NAMESPACE

@@ -49,14 +49,18 @@ class FramePool {
 
   /// Reserves `bytes` of the budget for other memory than frames.
   void set_aside(std::uint64_t bytes) noexcept;
+  /// Lends `bytes` more, or fewer, besides those that are set aside.
+  void lend(std::int64_t bytes) noexcept;
 
   /// The part of the budget that is for frames.
-  std::uint64_t budget_bytes() const { return budget_bytes_ - aside_bytes_; }
+  std::uint64_t budget_bytes() const {
+    return budget_bytes_ - std::min(budget_bytes_, aside_bytes_ + lent_bytes_);
+  }
   /// The whole budget of which `frame_bytes` are for frames. What a backend keeps for itself may
   /// grow with the budget, to a quarter of it.
   std::uint64_t needed_budget(std::uint64_t frame_bytes) const {
-    return aside_bytes_ == 0 ? frame_bytes
-                             : std::max(frame_bytes + aside_bytes_, (4 * frame_bytes + 2) / 3);
+    const std::uint64_t bytes = frame_bytes + lent_bytes_;
+    return aside_bytes_ == 0 ? bytes : std::max(bytes + aside_bytes_, (4 * bytes + 2) / 3);
   }
   /// The whole budget: no more memory can ever be used.
   std::uint64_t most_bytes() const { return budget_bytes_; }
@@ -94,7 +98,7 @@ class FramePool {
   void free_idle(Size& size, std::byte* memory, std::uint64_t bytes) noexcept;
   std::byte* take_bare(Size& size) noexcept;
 
-  std::uint64_t budget_bytes_, aside_bytes_ = 0;
+  std::uint64_t budget_bytes_, aside_bytes_ = 0, lent_bytes_ = 0;
   std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
   std::map<std::uint64_t, Size> sizes_;  ///< those that were prepared
   std::vector<Slab> slabs_;              ///< by address

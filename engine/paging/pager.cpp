@@ -64,6 +64,12 @@ void Pager::Implementation::set_aside(std::uint64_t bytes) noexcept {
   transfers_.set_most_waiting(table_.pool().budget_bytes() / kPartThatWaits);
 }
 
+void Pager::Implementation::lend(std::int64_t bytes) noexcept {
+  const Lock lock(mutex_);
+  table_.pool().lend(bytes);
+  transfers_.set_most_waiting(table_.pool().budget_bytes() / kPartThatWaits);
+}
+
 std::uint64_t Pager::Implementation::budget_bytes() const noexcept {
   const Lock lock(mutex_);
   return table_.pool().budget_bytes();
@@ -231,6 +237,7 @@ void Pager::wait_for_writes() noexcept { implementation_->wait_for_writes(); }
 void Pager::refuse_writes() noexcept { implementation_->refuse_writes(); }
 void Pager::discard() noexcept { implementation_->discard(); }
 void Pager::set_aside(std::uint64_t bytes) noexcept { implementation_->set_aside(bytes); }
+void Pager::lend(std::int64_t bytes) noexcept { implementation_->lend(bytes); }
 std::uint64_t Pager::budget_bytes() const noexcept { return implementation_->budget_bytes(); }
 PagingStatistics Pager::statistics() const { return implementation_->statistics(); }
 

@@ -40,6 +40,7 @@ class Pager::Implementation final : public TransferListener {
   void refuse_writes() noexcept;
   void discard() noexcept;
   void set_aside(std::uint64_t bytes) noexcept;
+  void lend(std::int64_t bytes) noexcept;
   std::uint64_t budget_bytes() const noexcept;
   PagingStatistics statistics() const;
 

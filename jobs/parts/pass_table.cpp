@@ -16,7 +16,7 @@
 #include "job_rules.h"
 #include "plait/extend/notices.h"
 #include "plait/extend/pass.h"
-#include "plait/extend/store_access.h"
+#include "plait/progress.h"
 #include "plait/store_info.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -67,9 +67,13 @@ MadePass make_pass(Store& store, const PassArguments& arguments, const JobWatch&
   if (!moves || pass.remakes_normals) result.made.emplace_back("normal");
   VisitOptions visit;
   visit.threads = arguments.threads;
+  int least = thread_count(arguments.threads, "pass");
+  visit.begins = [&](int threads) { least = std::min(least, threads); };
   if (watch.step) watch.step("pass");
   visit.progress = watch.progress;
   result.figures = run_pass(store, pass, visit);
+  warn_of_fewer_threads(fmt::format("pass '{}'", pass.name), least, arguments.threads,
+                        store.options().budget_bytes, watch.warn);
   const std::uint64_t vertices =
       counts_at_level(store.base(), store.finest_level() - store.base_level()).vertices;
   if (const std::uint64_t rounded = result.figures.rounded_moves;

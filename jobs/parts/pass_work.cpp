@@ -12,6 +12,7 @@
 #include "execution/part_digest.h"
 #include "format/file_names.h"
 #include "format/version_description.h"
+#include "job_rules.h"
 #include "parts/base_records.h"
 #include "parts/link_or_copy.h"
 #include "parts/part_work.h"
@@ -175,6 +176,10 @@ ComputedPart PassWork::compute(std::uint32_t part, const Directory& directory,
   pass.kernel = options.kernel;
   VisitOptions visit;
   visit.threads = options.threads;
+  visit.begins = [&](int threads) {
+    warn_of_fewer_threads(fmt::format("part {}", part), threads, options.threads,
+                          options.budget_bytes, options.warn);
+  };
   visit.progress = options.progress;
   PassFigures figures;
   const AttributeId result = make_result(store, pass, visit, figures);

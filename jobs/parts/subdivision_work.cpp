@@ -14,6 +14,7 @@
 #include "format/base_index_file.h"
 #include "format/base_mesh_file.h"
 #include "format/file_names.h"
+#include "job_rules.h"
 #include "parts/sealed_file.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
@@ -24,25 +25,14 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The most threads, at most `wanted`, whose frames and scratch memory fit the budget, and what the
-/// scratch memory leaves for blocks. One thread is always allowed: then its scratch memory may come
-/// on top of the budget.
-struct FittingThreads {
-  int threads = 1;
-  std::uint64_t block_bytes = 0;
-  std::uint64_t over = 0;  ///< bytes on top of the budget
-};
-
-FittingThreads threads_that_fit(Store& store, SubdivideOptions options, int wanted,
-                                std::uint64_t budget) {
-  for (int threads = wanted;; threads = std::max(1, threads - std::max(1, threads / 4))) {
-    options.threads = threads;
-    const Needs needs = plan_subdivision(store, options).needs();
-    // A backend keeps up to a quarter of the budget for itself.
-    const std::uint64_t frames = (4 * needs.frames + 2) / 3;
-    if (frames + needs.resident <= budget) return {threads, budget - needs.resident, 0};
-    if (threads == 1) return {1, budget, needs.resident};
-  }
+/// What the scratch memory of one thread leaves of the budget for blocks and further threads; all,
+/// if blocks then do not fit.
+std::uint64_t budget_beside_scratch(Store& store, SubdivideOptions options, std::uint64_t budget) {
+  options.threads = 1;
+  const Needs needs = plan_subdivision(store, options).needs();
+  // A backend keeps up to a quarter of the budget for itself.
+  const std::uint64_t frames = (4 * needs.frames + 2) / 3;
+  return frames + needs.resident <= budget ? budget - needs.resident : budget;
 }
 
 }  // namespace
@@ -124,27 +114,24 @@ ComputedPart SubdivisionWork::compute(std::uint32_t part, const Directory& direc
   const Stopwatch clock;
   const BaseMesh mesh = mesh_of_part(part);
   std::optional<Store> made(create_store(part, directory, mesh, options, backends));
-  SubdivideOptions subdivision = options_of(options);
-  const int wanted = thread_count(options.threads, "make part");
-  const FittingThreads fitting = threads_that_fit(*made, subdivision, wanted, options.budget_bytes);
-  subdivision.threads = fitting.threads;
-  if (options.warn && fitting.threads < wanted)
-    options.warn(
-        fmt::format("part {}: {} threads of {}: the scratch memory of more does not fit "
-                    "the budget of {} (--memory)",
-                    part, fitting.threads, wanted, format_bytes(options.budget_bytes)));
-  if (options.warn && fitting.over > options.budget_bytes / 4)
-    options.warn(fmt::format("part {}: {} of scratch memory come on top of the budget of {}", part,
-                             format_bytes(fitting.over), format_bytes(options.budget_bytes)));
-  if (fitting.block_bytes < options.budget_bytes) {
+  const SubdivideOptions subdivision = options_of(options);
+  const std::uint64_t left = budget_beside_scratch(*made, subdivision, options.budget_bytes);
+  if (left < options.budget_bytes) {
     PartOptions less = options;
-    less.budget_bytes = fitting.block_bytes;
+    less.budget_bytes = left;
     made.reset();  // before the next one: both have the same directory
     made.emplace(create_store(part, directory, mesh, less, backends));
   }
   Store& store = *made;
+  PlannedSubdivision planned = plan_subdivision(store, subdivision);
+  warn_of_fewer_threads(fmt::format("part {}", part), planned.options().threads, options.threads,
+                        options.budget_bytes, options.warn);
+  if (const std::uint64_t over = planned.needs().resident;
+      options.warn && left == options.budget_bytes && over > options.budget_bytes / 4)
+    options.warn(fmt::format("part {}: {} of scratch memory come on top of the budget of {}", part,
+                             format_bytes(over), format_bytes(options.budget_bytes)));
   computed.begin_seconds = clock.seconds();
-  subdivide(store, subdivision);
+  planned.run();
   const double refined = clock.seconds();
   computed.content = finish_part_store(store);
   computed.description = encode_description(computed.content.description);

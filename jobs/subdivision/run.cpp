@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "job_rules.h"
 #include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -110,6 +111,10 @@ void PlannedRun::plan_levels() {
     options.level_done = [&](int) { commit(); };
   options.progress = [&](const Progress& now) { return tell(now); };
   levels_ = plan_subdivision(store, options);
+  plan_.subdivide.threads = levels_->options().threads;
+  if (levels_->options().executor != ExecutorKind::kTransparent)
+    warn_of_fewer_threads("subdivide", plan_.subdivide.threads, request_.threads,
+                          store.options().budget_bytes, watch_.warn);
   result_.base_mesh_bytes += levels_->needs().resident;
   try {
     levels_->check_budget();

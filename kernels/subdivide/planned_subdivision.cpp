@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/threads.h"
 #include "plait/error.h"
 #include "plait/extend/fused.h"
 #include "plait/extend/store_access.h"
@@ -82,11 +83,11 @@ PlannedSubdivision::PlannedSubdivision(Store& store, const SubdivideOptions& opt
     : store_(&store),
       options_(options),
       position_(store.attribute("position")),
+      wanted_threads_(thread_count(options.threads, "subdivide")),
       first_level_(store.attributes()[position_].finest_level) {
   const AttributeSchema& schema = store.attributes()[position_].schema;
   if (schema.type != ComponentType::kFloat64 || schema.components != 3)
     StoreAccess::check_type(store, position_, ComponentType::kFloat32, 3);
-  options_.threads = thread_count(options.threads, "subdivide");
   provenance_ = provenance_after(store, options, first_level_, schema.type);
   check_numbers(store, options);
   check_attributes(store, options, position_);
@@ -103,8 +104,20 @@ PlannedSubdivision::PlannedSubdivision(Store& store, const SubdivideOptions& opt
 
 void PlannedSubdivision::take(ExecutorKind executor) {
   options_.executor = executor;
-  frame_bytes_ = frames_of_subdivision(*store_, options_, makes_levels());
   frame_budget_ = frame_budget();
+  const int wanted = executor == ExecutorKind::kTransparent ? 1 : wanted_threads_;
+  for (int threads = wanted;; threads = fewer_threads(threads)) {
+    options_.threads = threads;
+    frame_bytes_ = frames_of_subdivision(*store_, options_, makes_levels());
+    lent_bytes_ = threads == 1 ? 0 : scratch_bytes(threads) - scratch_bytes(1);
+    if (threads == 1 || frame_bytes_ + lent_bytes_ <= frame_budget_) return;
+  }
+}
+
+std::uint64_t PlannedSubdivision::scratch_bytes(int threads) const {
+  SubdivideOptions options = options_;
+  options.threads = threads;
+  return resident_of_subdivision(*store_, options);
 }
 
 void PlannedSubdivision::choose_executor() {
@@ -147,9 +160,7 @@ std::uint64_t PlannedSubdivision::frame_budget() const {
   return StoreAccess::frame_budget_with(*store_, made, is_fused ? &provenance : nullptr);
 }
 
-Needs PlannedSubdivision::needs() const {
-  return {frame_bytes_, resident_of_subdivision(*store_, options_)};
-}
+Needs PlannedSubdivision::needs() const { return {frame_bytes_, scratch_bytes(1)}; }
 
 void PlannedSubdivision::check_budget() const {
   if (frame_bytes_ <= frame_budget_) return;
@@ -163,7 +174,7 @@ void PlannedSubdivision::check_budget() const {
       ErrorCode::kBudget,
       fmt::format("subdivide to level {}: the whole work needs a budget of {} bytes, found {}; the "
                   "layout '{}' has stencils that span {} edges, and a block holds {} bytes: raise "
-                  "the budget, take smaller blocks, fewer threads or another layout",
+                  "the budget, take smaller blocks or another layout",
                   options_.levels, needed, budget, store_->provenance().layout,
                   measure_spans(store_->base()).loop.span, store_->options().block_bytes));
 }

@@ -11,6 +11,7 @@
 #include "normals/normal_rules.h"
 #include "plait/detail/base_vertices.h"
 #include "plait/error.h"
+#include "plait/extend/pager.h"
 #include "plait/extend/store_access.h"
 #include "plait/progress.h"
 #include "schemes/table.h"
@@ -175,6 +176,7 @@ void PlannedSubdivision::run() try {
                             "again after a change of the store",
                             first_level_, position.finest_level));
   check_budget();
+  const LentMemory lent(StoreAccess::pager(*store_), lent_bytes_);
   const auto work = [&](const auto& rule) {
     Work(*store_, options_, first_level_, provenance_, rule).run();
   };

@@ -8,11 +8,13 @@
 #include <utility>
 
 #include "base/default_arithmetic.h"
+#include "base/threads.h"
 #include "paging/level_cursor.h"
 #include "plait/detail/ring_table.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/edge_index.h"
+#include "plait/extend/pager.h"
 #include "plait/extend/store_access.h"
 #include "plait/progress.h"
 
@@ -92,6 +94,28 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
         store.base().geometry(relative_to_base(level, first), 1, store.options().block_bytes));
   own_vertices_ = StoreAccess::own_vertices(store);
   if (reads_rings_ && depths_ != nullptr) find_ring_depths();
+  choose_threads();
+}
+
+std::uint64_t VisitPlan::grid_bytes() const {
+  if (refinements_ == 0) return 0;
+  const std::uint64_t points = GridShape(refinements_).point_count() + 1;  // see EdgeGrid
+  std::uint64_t bytes = 0;
+  for (const VisitedAttribute& attribute : attributes_)
+    if (attribute.rings) bytes += component_bytes(attribute.type) * attribute.components * points;
+  return bytes;
+}
+
+void VisitPlan::choose_threads() {
+  const std::uint64_t grids = grid_bytes();
+  if (grids == 0) return;
+  const std::uint64_t budget = StoreAccess::pager(*store_).budget_bytes();
+  while (threads_ > 1) {
+    lent_bytes_ = static_cast<std::uint64_t>(threads_ - 1) * grids;
+    if (sweep_window_bytes(*store_, pass(), threads_) + lent_bytes_ <= budget) return;
+    threads_ = fewer_threads(threads_);
+  }
+  lent_bytes_ = 0;
 }
 
 void VisitPlan::find_ring_depths() {
@@ -152,13 +176,11 @@ std::span<std::byte> VisitPlan::base_bytes(std::size_t number) const {
 
 Needs VisitPlan::needs() const {
   Needs needs{sweep_window_bytes(*store_, pass(), threads_), ring_depths_.size()};
-  const std::uint64_t side = (std::uint64_t{1} << refinements_) + 3;  // see EdgeGrid
-  const std::uint64_t grids =
-      refinements_ > 0 ? static_cast<std::uint64_t>(threads_) * (side * side + 1) : 0;
+  needs.resident += grid_bytes();
   for (const VisitedAttribute& attribute : attributes_)
     if (attribute.rings)
-      needs.resident += component_bytes(attribute.type) * attribute.components *
-                        (grids + 2 * store_->base().edge_count());
+      needs.resident +=
+          component_bytes(attribute.type) * attribute.components * 2 * store_->base().edge_count();
   return needs;
 }
 
@@ -181,6 +203,8 @@ std::uint64_t VisitPlan::vertices_before(std::uint64_t edge) const {
 void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& edge_kernel,
                     const std::function<void()>& base_kernel,
                     const std::function<void()>& stretch_done) const try {
+  if (options_->begins) options_->begins(threads_);
+  const LentMemory lent(StoreAccess::pager(*store_), lent_bytes_);
   const EdgeRange edges = StoreAccess::edges(*store_);
   const std::uint64_t total = vertices_before(edges.after) + base_vertices();
   // Levels and base records from the first edge to the last base vertex.

@@ -6,7 +6,9 @@
 #include "kernels/run_variant.h"
 #include "plait/error.h"
 #include "plait/extend/in_core_mesh.h"
+#include "plait/extend/pager.h"
 #include "plait/extend/rule_patches.h"
+#include "plait/extend/store_access.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
@@ -216,4 +218,37 @@ TEST_CASE("ExecutorKind_Auto_IsFusedInANewStoreAndTheSweepWhereLevelsMatter") {
   CHECK(executor_from_name("auto") == ExecutorKind::kAuto);
   CHECK_THROWS_WITH(executor_from_name("x"),
                     "unknown executor 'x', expected auto, fused, sweep, transparent");
+}
+
+TEST_CASE("Subdivision_OfMoreThreadsThanTheBudgetHolds_TakesFewerWithTheSameBits") {
+  const BaseMesh base = BaseMesh::build(random_sphere(6, 60));
+  std::string expected;
+  for (const ExecutorKind executor : {ExecutorKind::kFused, ExecutorKind::kSweep})
+    for (const std::uint64_t budget : {std::uint64_t{4} << 20, std::uint64_t{1} << 30}) {
+      CAPTURE(to_string(executor), budget);
+      const TemporaryDirectory directory(Medium::kMemory);
+      Store store = Store::create(directory.path() / "s.plait", base,
+                                  {.backend = "pread", .block_bytes = 4096, .budget_bytes = budget},
+                                  default_backends());
+      add_base_positions(store);
+      SubdivideOptions what;
+      what.levels = 6;
+      what.executor = executor;
+      PlannedSubdivision one = plan_subdivision(store, what);
+      what.threads = 256;
+      PlannedSubdivision planned = plan_subdivision(store, what);
+      const int threads = planned.options().threads;
+      if (budget < 1 << 30) {
+        CHECK(threads > 1);
+        CHECK(threads < 256);
+      } else {
+        CHECK(threads == 256);
+      }
+      CHECK(planned.needs().resident == one.needs().resident);
+      planned.run();
+      CHECK(StoreAccess::pager(store).budget_bytes() == budget);
+      const std::string found = digest(store).to_string();
+      if (expected.empty()) expected = found;
+      CHECK(found == expected);
+    }
 }

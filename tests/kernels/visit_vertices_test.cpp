@@ -13,7 +13,9 @@
 
 #include "plait/digest.h"
 #include "plait/error.h"
+#include "plait/extend/pager.h"
 #include "plait/extend/patch.h"
+#include "plait/extend/store_access.h"
 #include "plait/extend/vertex_numbering.h"
 #include "plait/layout.h"
 #include "plait/reader.h"
@@ -238,6 +240,34 @@ TEST_CASE("VisitNeeds_AsBudget_AreEnoughAndLessIsRefusedBeforeAnyChange") {
   CHECK_NOTHROW(store.commit());
 }
 
+TEST_CASE("VisitVertices_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysHowMany") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  std::string expected;
+  for (const auto& [budget, most] : {std::pair{2 << 20, 199}, std::pair{256 << 20, 200}}) {
+    CAPTURE(budget);
+    const Shape shape{.backend = "pread", .budget_bytes = static_cast<std::uint64_t>(budget)};
+    Store store = store_to_visit(directory.path() / std::to_string(budget), shape, 6);
+    int taken = 0;
+    VisitOptions options;
+    options.threads = 200;
+    options.begins = [&](int threads) { taken = threads; };
+    std::atomic<int> beyond = 0;
+    visit_vertices(store, options, kSmoothed,
+                   [&](const VertexRun& run, const VertexRings<VisitedPoint>& at,
+                       std::span<const float> weight, std::span<VisitedPoint> to) {
+                     beyond += run.worker >= taken;
+                     Smooth()(run, at, weight, to);
+                   });
+    CHECK(beyond == 0);
+    CHECK(taken > 1);
+    CHECK((most == 200) == (taken == 200));
+    const std::string found = digest(store).to_string();
+    if (expected.empty()) expected = found;
+    CHECK(found == expected);
+    CHECK(StoreAccess::pager(store).budget_bytes() == static_cast<std::uint64_t>(budget));
+  }
+}
+
 TEST_CASE("VisitVertices_Watched_TellsHowManyVerticesAreDone") {
   Store store = store_to_visit("", {}, 3);
   std::uint64_t last = 0, total = 0;
@@ -296,7 +326,7 @@ TEST_CASE("VisitVertices_KernelThatThrowsInAnyThread_EndsWithOneOfItsExceptions"
   }
 }
 
-TEST_CASE("VisitNeeds_OfRings_AreTheGridsOfAllThreadsAndTwoRecordsForEachEdge") {
+TEST_CASE("VisitNeeds_OfRings_AreAGridAndTwoRecordsForEachEdge") {
   Store store = store_to_visit("", {}, 3);
   EdgeGrid<VisitedPoint> grid;
   grid.resize(3);
@@ -305,8 +335,7 @@ TEST_CASE("VisitNeeds_OfRings_AreTheGridsOfAllThreadsAndTwoRecordsForEachEdge") 
     VisitOptions options;
     options.threads = threads;
     CHECK(visit_needs(store, options, kSmoothed).resident ==
-          sizeof(VisitedPoint) *
-              (static_cast<std::uint64_t>(threads) * grid_points + 2 * store.base().edge_count()));
+          sizeof(VisitedPoint) * (grid_points + 2 * store.base().edge_count()));
   }
   CHECK(visit_needs(store, {}, std::tuple{reads<VisitedPoint>("position")}).resident == 0);
 }

@@ -34,7 +34,9 @@ struct SubdivideOptions {
   /// Makes attribute "normal": float32 x 3, unit length. An existing one is replaced.
   bool normals = false;
   bool limit = false;  ///< projects positions to the limit surface, if the scheme has_limits
-  int threads = 1;     ///< 1 to 1024; 0: all processors. The transparent executor always uses one
+  /// 1 to 1024; 0: all processors. The transparent executor always uses one. Fewer are taken if the
+  /// memory of all does not fit the budget of the store: see PlannedSubdivision::options().
+  int threads = 1;
   /// Counts vertices of the whole run. Phases: "level 3: odd vertices", "normals".
   ProgressCallback progress = {};
   /// Called when the positions of `level` are complete and no block is pinned, so that the program
@@ -48,16 +50,19 @@ struct SubdivideOptions {
 /// is allowed.
 class PlannedSubdivision {
  public:
-  /// As they were given, but with the executor and the number of threads that run() takes. For
+  /// As they were given, but with the executor and the number of threads that run() takes: as many
+  /// as were asked for, or as fit the budget with their frames and, but for the first one, their
+  /// scratch memory. For
   /// kAuto that is the fused executor if the store has no level yet, the levels are at most
   /// kMostFusedLevels, its frames fit the budget, and nobody wants to hear of each level
   /// (`level_done`); otherwise the sweep. Both give the same bits.
   const SubdivideOptions& options() const noexcept { return options_; }
 
-  /// frames: of the widest pass. resident: scratch memory for each thread, and two records per base
-  /// edge (the rings of the base vertices). The fused executor instead uses new base records, slots
-  /// that wait for their second half and, for Butterfly, level 1. Base meshes of many faces take a
-  /// moment. Pinned by tests/kernels/frame_needs_test.cpp.
+  /// frames: of the widest pass. resident: scratch memory of one thread, and two records per base
+  /// edge (the rings of the base vertices); during run() the store's budget lends that of further
+  /// threads, so that the memory of the work does not grow with them. The fused executor instead
+  /// uses new base records, slots that wait for their second half and, for Butterfly, level 1. Base
+  /// meshes of many faces take a moment. Pinned by tests/kernels/frame_needs_test.cpp.
   Needs needs() const;
 
   /// Throws kBudget if the frames do not fit what the levels of the whole work leave of the budget.
@@ -72,15 +77,18 @@ class PlannedSubdivision {
   PlannedSubdivision(Store& store, const SubdivideOptions& options);
   void choose_executor();
   void take(ExecutorKind executor);
+  std::uint64_t scratch_bytes(int threads) const;
   std::uint64_t frame_budget() const;
   bool makes_levels() const { return options_.levels > first_level_; }
 
   Store* store_;
   SubdivideOptions options_;
   AttributeId position_;
+  int wanted_threads_;
   int first_level_;  ///< the finest level of the positions before the work
   Provenance provenance_;
   std::uint64_t frame_bytes_ = 0, frame_budget_ = 0;
+  std::uint64_t lent_bytes_ = 0;  ///< scratch memory of all threads but the first one
 };
 
 /// Chooses how subdivide() refines the store, and changes nothing: executor, threads and memory.

@@ -1,6 +1,7 @@
 // plait/visit_options.h: how far visit_vertices() goes.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "plait/detail/namespace.h"
@@ -14,7 +15,11 @@ struct VisitOptions {
   /// Visits the vertices of levels 0 to `level`. -1: the finest level of the attributes, which must
   /// then have equally many levels.
   int level = -1;
-  int threads = 1;  ///< 1 to 1024; 0: all processors
+  /// 1 to 1024; 0: all processors. A visit that reads rings takes fewer if the budget of the store
+  /// does not hold its blocks and the grids of all threads but the first one, which it lends.
+  int threads = 1;
+  /// Called once, before the visit, with the number of threads that it takes.
+  std::function<void(int threads)> begins = {};
   /// Counts vertices; called between blocks. Levels that a cancelled visit writes stay unfinished.
   /// The last call has done == total, and its result does not matter.
   ProgressCallback progress = {};

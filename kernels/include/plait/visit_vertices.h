@@ -294,7 +294,8 @@ void visit_vertices(Store& store, const VisitOptions& options,
 }
 
 /// The memory that visit_vertices() needs with the same arguments; resident: for each attribute
-/// whose rings it reads, the grid of an edge for each thread, and two records for each base edge.
+/// whose rings it reads, the grid of an edge, and two records for each base edge. The budget lends
+/// the grids of further threads.
 /// Errors: those of VisitPlan.
 template <class... Specs>
 Needs visit_needs(Store& store, const VisitOptions& options,

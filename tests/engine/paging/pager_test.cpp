@@ -257,6 +257,27 @@ TEST_CASE("PagerSetAside_PartOfTheBudget_IsNotForFrames") {
   CHECK_THROWS_AS(session.pin(level.file, 6, Access::kRead), Error);
 }
 
+TEST_CASE("LentMemory_WhileItLives_IsNotForFrames") {
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
+  TestLevel level(pager, 1, 8 * 4096);
+  for (std::uint64_t block = 0; block < 4; ++block) session.pin(level.file, block, Access::kRead);
+  {
+    const LentMemory one(pager, kBlockBytes), other(pager, kBlockBytes);
+    CHECK(pager.budget_bytes() == 2 * kBlockBytes);
+    const PinnedBlock first = session.pin(level.file, 4, Access::kRead);
+    const PinnedBlock second = session.pin(level.file, 5, Access::kRead);
+    CHECK_THROWS_AS(session.pin(level.file, 6, Access::kRead), Error);
+    const LentMemory beyond(pager, 8 * kBlockBytes);
+    CHECK(pager.budget_bytes() == 0);
+  }
+  CHECK(pager.budget_bytes() == 4 * kBlockBytes);
+  std::vector<PinnedBlock> all;
+  for (std::uint64_t block = 0; block < 4; ++block)
+    all.push_back(session.pin(level.file, block, Access::kRead));
+  CHECK(all.size() == 4);
+}
+
 TEST_CASE("UnfinishedLevels_UntilFinish_AndForGoodWithoutIt") {
   Pager pager(2 * kBlockBytes, 0);
   Session session = pager.open_session();

@@ -138,6 +138,9 @@ class VisitPlan {
  private:
   SweepPass pass() const;
   void find_ring_depths();
+  /// Of all attributes whose rings the visit reads, for one thread.
+  std::uint64_t grid_bytes() const;
+  void choose_threads();
   /// The base vertices of the visit.
   std::uint64_t base_vertices() const;
   /// The vertices of the levels that belong to edges from the first one of the visit on.
@@ -146,6 +149,7 @@ class VisitPlan {
   Store* store_;
   const VisitOptions* options_;
   int threads_ = 1;
+  std::uint64_t lent_bytes_ = 0;  ///< grids of all threads but the first one
   std::vector<VisitedAttribute> attributes_;
   Topology mesh_;
   const FaceDepths* depths_;  ///< nullptr: all faces have all levels

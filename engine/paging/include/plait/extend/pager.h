@@ -2,7 +2,7 @@
 //
 // Invariants
 //  1. The frames together, pinned or not, in transfer or not, never take more than the budget minus
-//     the bytes that set_aside() reserves, plus what a shared budget lends.
+//     the bytes that set_aside() reserves and those that a LentMemory has.
 //  2. A pinned block stays at one address until its last pin ends.
 //  3. A block is in at most one frame. So all pins of a block see the same bytes, however they were
 //     pinned. A frame is memory of the pager. For a level in memory, and for a mapped level that
@@ -86,6 +86,9 @@ class Pager {
   /// Reserves `bytes` of the budget for other memory than frames. Frames that are in use stay in
   /// use.
   void set_aside(std::uint64_t bytes) noexcept;
+  /// Lends `bytes` more of the budget to other memory than frames, or fewer if it is negative: see
+  /// LentMemory.
+  void lend(std::int64_t bytes) noexcept;
   std::uint64_t budget_bytes() const noexcept;  ///< the part of the budget that is for frames
   /// The sum over all sessions, open or ended.
   PagingStatistics statistics() const;
@@ -94,6 +97,24 @@ class Pager {
 
  private:
   std::unique_ptr<Implementation> implementation_;
+};
+
+/// A part of the budget that a pass has for memory of its own, for as long as this object lives,
+/// such as what its threads compute in. Frames that are in use stay in use. The pager must outlive
+/// it. Pinned by tests/engine/paging/pager_test.cpp.
+class LentMemory {
+ public:
+  LentMemory(Pager& pager, std::uint64_t bytes) noexcept
+      : pager_(pager), bytes_(static_cast<std::int64_t>(bytes)) {
+    pager_.lend(bytes_);
+  }
+  ~LentMemory() { pager_.lend(-bytes_); }
+  LentMemory(const LentMemory&) = delete;
+  LentMemory& operator=(const LentMemory&) = delete;
+
+ private:
+  Pager& pager_;
+  std::int64_t bytes_;
 };
 
 PLAIT_END_NAMESPACE
