@@ -1,7 +1,6 @@
 #include "format/base_mesh_file.h"
 
 #include <fmt/format.h>
-#include <zstd.h>
 
 #include <array>
 #include <cstring>
@@ -10,11 +9,11 @@
 #include <string>
 #include <utility>
 
-#include "base/interruption.h"
 #include "base/text.h"
 #include "format/byte_order.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
+#include "format/packed_frame.h"
 #include "format/packed_mesh.h"
 #include "io/machine.h"
 #include "plait/error.h"
@@ -23,70 +22,20 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr char kMeshMagic[] = "plaitmsh";
-constexpr std::size_t kMeshHeaderBytes = 32;
-/// Faster than a disk; higher levels save less than 5 % more.
-constexpr int kZstdLevel = 3;
-/// A block of a zstd frame takes 4 bytes at least and gives this number at most.
-constexpr std::uint64_t kLeastBlockBytes = 4, kMostContentBytes = 1u << 17;
+constexpr std::size_t kMeshHeaderBytes = 40;
+constexpr std::uint32_t kMeshVersion = 3;
+/// Of the form of positions, and of the exponent.
+constexpr std::size_t kFormOffset = 32, kExponentOffset = 36;
 /// For smaller meshes, the memory of the machine is not looked up.
 constexpr std::uint64_t kFreelyTakenBytes = 64u << 20;
-/// Of more content, a frame must have one byte for this number. A grid of whole numbers has one for
-/// 6,000.
-constexpr std::uint64_t kMostExpansion = 1u << 14;
 /// Of the number of the input's vertices; 0 if the file has no maps.
 constexpr std::size_t kInputVerticesOffset = 12;
 
-void append_frame(std::vector<std::byte>& file, std::span<const std::byte> content) {
-  poll_interruption();
-  const std::size_t most = ZSTD_compressBound(content.size());
-  // Not a vector: it would touch all pages, and a frame needs few of them.
-  const auto frame = std::make_unique_for_overwrite<std::byte[]>(most);
-  const std::size_t frame_bytes =
-      ZSTD_compress(frame.get(), most, content.data(), content.size(), kZstdLevel);
-  if (ZSTD_isError(frame_bytes))
-    throw Error(ErrorCode::kOutOfMemory,
-                fmt::format("create {}: zstd: {}", kBaseMeshName, ZSTD_getErrorName(frame_bytes)));
-  file.insert(file.end(), frame.get(), frame.get() + frame_bytes);
-}
-
-bool is_bomb(std::uint64_t frame_bytes, std::uint64_t content_bytes) {
-  return content_bytes > kFreelyTakenBytes && content_bytes / kMostExpansion > frame_bytes;
-}
-
-/// The bytes of the first frame. Returns 0 if the frame cannot have this content.
-std::size_t first_frame_bytes(std::span<const std::byte> frames, std::uint64_t content_bytes) {
-  const std::size_t bytes = ZSTD_findFrameCompressedSize(frames.data(), frames.size());
-  if (ZSTD_isError(bytes) ||
-      ZSTD_getFrameContentSize(frames.data(), frames.size()) != content_bytes ||
-      content_bytes / kMostContentBytes > bytes / kLeastBlockBytes || is_bomb(bytes, content_bytes))
-    return 0;
-  return bytes;
-}
-
-/// Takes the first frame from `frames`, which must have this content. Returns its content, or
-/// nullptr and a reason.
-std::unique_ptr<std::byte[]> take_frame(std::span<const std::byte>& frames,
-                                        std::uint64_t content_bytes, std::string& reason) {
-  const std::size_t frame_bytes = first_frame_bytes(frames, content_bytes);
-  if (frame_bytes == 0) {
-    reason = fmt::format("expected a zstd frame of {} bytes", content_bytes);
-    return nullptr;
-  }
-  auto content = std::make_unique_for_overwrite<std::byte[]>(content_bytes);
-  const std::size_t found =
-      ZSTD_decompress(content.get(), content_bytes, frames.data(), frame_bytes);
-  frames = frames.subspan(frame_bytes);
-  if (found == content_bytes) return content;
-  reason = fmt::format("zstd: {}",
-                       ZSTD_isError(found) ? ZSTD_getErrorName(found) : "fewer bytes than stated");
-  return nullptr;
-}
-
 /// Zeros are small in a frame, so a small file can have a mesh that the machine cannot hold.
 void refuse_without_memory(const std::filesystem::path& path, std::uint64_t vertex_count,
-                           std::uint64_t face_count) {
+                           std::uint64_t face_count, PositionWords words) {
   // At least the packed mesh and the unpacked one, at the same time.
-  const std::uint64_t needed = packed_mesh_bytes(vertex_count, face_count) +
+  const std::uint64_t needed = packed_mesh_bytes(vertex_count, face_count, words) +
                                vertex_count * sizeof(Vector3<double>) +
                                face_count * sizeof(std::array<VertexId, 3>);
   if (needed <= kFreelyTakenBytes) return;
@@ -102,36 +51,39 @@ void refuse_without_memory(const std::filesystem::path& path, std::uint64_t vert
 }  // namespace
 
 std::vector<std::byte> base_mesh_file(std::uint64_t vertex_count, std::uint64_t face_count,
-                                      std::span<const std::byte> packed) {
+                                      PositionWords words, std::span<const std::byte> packed) {
   std::vector<std::byte> bytes(kMeshHeaderBytes);
   std::memcpy(bytes.data(), kMeshMagic, 8);
-  save(std::span(bytes), 8, std::uint32_t{2});
+  save(std::span(bytes), 8, kMeshVersion);
   save(std::span(bytes), 16, vertex_count);
   save(std::span(bytes), 24, face_count);
-  append_frame(bytes, packed);
+  save(std::span(bytes), kFormOffset, static_cast<std::uint32_t>(words.form));
+  save(std::span(bytes), kExponentOffset, static_cast<std::uint32_t>(words.exponent));
+  append_frame(bytes, packed, kBaseMeshName);
   return bytes;
 }
 
 void append_input_maps(std::vector<std::byte>& file, std::uint64_t input_vertex_count,
                        std::span<const std::byte> packed) {
   save(std::span(file), kInputVerticesOffset, static_cast<std::uint32_t>(input_vertex_count));
-  append_frame(file, packed);
+  append_frame(file, packed, kBaseMeshName);
 }
 
 StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh) {
+  const PositionWords words = words_of(mesh.positions());
   std::vector<std::byte> bytes =
-      base_mesh_file(mesh.vertex_count(), mesh.face_count(), pack_mesh(mesh));
+      base_mesh_file(mesh.vertex_count(), mesh.face_count(), words, pack_mesh(mesh, words));
   if (mesh.differs_from_input()) {
     const InputMaps maps = mesh.input_maps();
     append_input_maps(bytes, maps.input_vertex_count, pack_maps(maps));
   }
   // Readers would take the file for one that is made to take their memory.
-  if (is_bomb(bytes.size(), packed_mesh_bytes(mesh.vertex_count(), mesh.face_count())))
+  if (is_bomb(bytes.size(), packed_mesh_bytes(mesh.vertex_count(), mesh.face_count(), words)))
     throw Error(
         ErrorCode::kNotSupported,
         fmt::format("create {}: expected a base mesh that compresses to 1/{} at most, found "
                     "{} bytes for {} vertices and {} faces: move its vertices apart",
-                    store.path_of(kBaseMeshName).native(), kMostExpansion, bytes.size(),
+                    store.path_of(kBaseMeshName).native(), kMostFrameExpansion, bytes.size(),
                     mesh.vertex_count(), mesh.face_count()));
   File file(store, kBaseMeshName, OpenMode::kCreate);
   file.write_at(0, bytes);
@@ -153,7 +105,7 @@ BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected,
   file.read_at(0, bytes);
   if (const std::uint64_t found = checksum_of(bytes); found != expected.checksum)
     throw refuse(fmt::format("checksum {:016x}, expected {:016x}", found, expected.checksum));
-  if (std::memcmp(bytes.data(), kMeshMagic, 8) != 0 || load<std::uint32_t>(bytes, 8) != 2)
+  if (std::memcmp(bytes.data(), kMeshMagic, 8) != 0 || load<std::uint32_t>(bytes, 8) != kMeshVersion)
     throw refuse("expected the header of a base mesh");
   if (load<std::uint64_t>(bytes, 16) != vertex_count ||
       load<std::uint64_t>(bytes, 24) != face_count || vertex_count >= kNoId || face_count >= kNoId)
@@ -161,14 +113,21 @@ BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected,
                              face_count, load<std::uint64_t>(bytes, 16),
                              load<std::uint64_t>(bytes, 24)));
   std::span<const std::byte> frames = std::span<const std::byte>(bytes).subspan(kMeshHeaderBytes);
+  const PositionWords words{
+      static_cast<PositionForm>(load<std::uint32_t>(bytes, kFormOffset)),
+      static_cast<std::int32_t>(load<std::uint32_t>(bytes, kExponentOffset))};
+  if (!words.valid())
+    throw refuse(fmt::format("positions in form {} with exponent {}, which no mesh has",
+                             static_cast<std::uint32_t>(words.form), words.exponent));
+  const std::uint64_t content_bytes = packed_mesh_bytes(vertex_count, face_count, words);
   const auto input_vertices = load<std::uint32_t>(bytes, kInputVerticesOffset);
   std::string reason;
-  if (first_frame_bytes(frames, packed_mesh_bytes(vertex_count, face_count)) > 0)
-    refuse_without_memory(path, vertex_count, face_count);
-  auto packed = take_frame(frames, packed_mesh_bytes(vertex_count, face_count), reason);
+  if (first_frame_bytes(frames, content_bytes) > 0)
+    refuse_without_memory(path, vertex_count, face_count, words);
+  auto packed = take_frame(frames, content_bytes, reason);
   if (!packed) throw refuse(reason);
-  std::optional<IndexedMesh> mesh = unpack_mesh(
-      {packed.get(), packed_mesh_bytes(vertex_count, face_count)}, vertex_count, face_count);
+  std::optional<IndexedMesh> mesh =
+      unpack_mesh({packed.get(), content_bytes}, vertex_count, face_count, words);
   if (!mesh) throw refuse("a face refers to a vertex that is not there");
   packed.reset();
   std::optional<InputMaps> maps;

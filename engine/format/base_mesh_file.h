@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "format/packed_mesh.h"
 #include "plait/base_mesh.h"
 #include "plait/extend/directory.h"
 #include "plait/extend/file.h"
@@ -23,7 +24,7 @@ StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh);
 
 /// The bytes of the file for packed_mesh_bytes() bytes of a mesh.
 std::vector<std::byte> base_mesh_file(std::uint64_t vertex_count, std::uint64_t face_count,
-                                      std::span<const std::byte> packed);
+                                      PositionWords words, std::span<const std::byte> packed);
 /// Adds packed_maps_bytes() bytes of maps. REQUIRES: input_vertex_count > 0.
 void append_input_maps(std::vector<std::byte>& file, std::uint64_t input_vertex_count,
                        std::span<const std::byte> packed);

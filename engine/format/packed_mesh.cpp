@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <limits>
 #include <utility>
 
+#include "format/number_places.h"
 #include "format/planes.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -18,22 +21,106 @@ constexpr std::uint32_t kNew = 0, kCornerBefore = 1, kBehind = 4;
 constexpr double Vector3<double>::*kCoordinates[] = {&Vector3<double>::x, &Vector3<double>::y,
                                                      &Vector3<double>::z};
 
+/// Whole numbers below this one take three bytes.
+constexpr double kMostWhole = 1 << 24;
+
+template <class Number>
+struct Places {
+  using Word = WordOf<Number>;
+  explicit Places(PositionWords /*words*/) {}
+  Word word(double x) const { return place_of(static_cast<Number>(x)); }
+  double number(Word word) const { return number_at<Number>(word); }
+};
+struct Wholes {
+  using Word = std::uint32_t;
+  explicit Wholes(PositionWords words)
+      : unit(std::ldexp(1.0, words.exponent)), inverse(std::ldexp(1.0, -words.exponent)) {}
+  Word word(double x) const { return static_cast<Word>(static_cast<std::int32_t>(x * inverse)); }
+  double number(Word word) const { return static_cast<std::int32_t>(word) * unit; }
+  double unit, inverse;  ///< powers of two, so products are exact
+};
+
+/// Calls work(coder) with what makes words of coordinates.
+template <class Work>
+void with_coder(PositionWords words, Work work) {
+  if (words.form == PositionForm::kFloat32) return work(Places<float>(words));
+  if (words.form == PositionForm::kFloat64) return work(Places<double>(words));
+  work(Wholes(words));
+}
+
+/// The largest e for which x is a multiple of 2^e. REQUIRES: x is finite and not 0.
+int exponent_of_lowest_bit(double x) {
+  int exponent = 0;
+  const double fraction = std::frexp(x, &exponent);
+  const auto digits =
+      static_cast<std::int64_t>(std::ldexp(fraction, std::numeric_limits<double>::digits));
+  return exponent - std::numeric_limits<double>::digits +
+         std::countr_zero(static_cast<std::uint64_t>(digits));
+}
+
+/// Adds coordinates, each as the difference to that of the place before: planes of each coordinate.
+template <class Coder>
+void put_coordinates(const Coder& coder, std::span<const Vector3<double>> positions,
+                     std::span<const std::uint32_t> vertices, std::byte* to) {
+  using Word = typename Coder::Word;
+  const Planes<Word> planes(vertices.size());
+  for (const auto coordinate : kCoordinates) {
+    Word last = 0;
+    for (std::size_t place = 0; place < vertices.size(); ++place) {
+      const Word word = coder.word(positions[vertices[place]].*coordinate);
+      planes.put(to, place, zigzag(static_cast<Word>(word - std::exchange(last, word))));
+    }
+    to += planes.bytes();
+  }
+}
+
+template <class Coder>
+void take_coordinates(const Coder& coder, const std::byte* from,
+                      std::span<const std::uint32_t> vertices,
+                      std::vector<Vector3<double>>& positions) {
+  using Word = typename Coder::Word;
+  const Planes<Word> planes(vertices.size());
+  for (const auto coordinate : kCoordinates) {
+    Word last = 0;
+    planes.for_each(from, [&](std::size_t place, Word difference) {
+      last += from_zigzag(difference);
+      positions[vertices[place]].*coordinate = coder.number(last);
+    });
+    from += planes.bytes();
+  }
+}
+
 }  // namespace
 
-std::vector<std::byte> pack_mesh(const BaseMesh& mesh) {
-  const Planes<std::uint64_t> coordinates(mesh.vertex_count());
+PositionWords words_of(std::span<const Vector3<double>> positions) {
+  bool fit_float32 = true, whole = true;
+  double largest = 0;
+  int exponent = PositionWords::kMostExponent + 1;
+  for (const Vector3<double>& position : positions)
+    for (const auto coordinate : kCoordinates) {
+      const double x = position.*coordinate;
+      fit_float32 &= std::isfinite(x) &&
+                     std::abs(x) <= double{std::numeric_limits<float>::max()} &&
+                     double{static_cast<float>(x)} == x;
+      whole &= std::isfinite(x) && !(x == 0 && std::signbit(x));
+      if (!whole || x == 0) continue;
+      exponent = std::min(exponent, exponent_of_lowest_bit(x));
+      largest = std::max(largest, std::abs(x));
+    }
+  const PositionWords in_steps{PositionForm::kWhole, exponent};
+  if (whole && in_steps.valid() && std::ldexp(largest, -exponent) < kMostWhole) return in_steps;
+  return {fit_float32 ? PositionForm::kFloat32 : PositionForm::kFloat64, 0};
+}
+
+std::vector<std::byte> pack_mesh(const BaseMesh& mesh, PositionWords words) {
   const Planes<std::uint32_t> corners(3 * mesh.face_count()), numbers(mesh.vertex_count());
-  std::vector<std::byte> packed(packed_mesh_bytes(mesh.vertex_count(), mesh.face_count()));
-  std::byte* to = packed.data();
-  const std::span<const Vector3<double>> positions = mesh.positions();
+  std::vector<std::byte> packed(
+      packed_mesh_bytes(mesh.vertex_count(), mesh.face_count(), words));
+  std::byte* const to = packed.data();
   const std::span<const std::array<VertexId, 3>> faces = mesh.faces();
-  for (const auto coordinate : kCoordinates) {
-    for (std::size_t v = 0; v < positions.size(); ++v)
-      coordinates.put(to, v, std::bit_cast<std::uint64_t>(positions[v].*coordinate));
-    to += coordinates.bytes();
-  }
   std::byte* const to_numbers = to + corners.bytes();
   std::vector<std::uint32_t> places(mesh.vertex_count(), kNoId);  // in the order of first use
+  std::vector<VertexId> vertices(mesh.vertex_count());            // [place]
   std::array<std::uint32_t, 3> before = {kNoId, kNoId, kNoId};
   std::uint32_t next = 0;
   VertexId last = 0;
@@ -45,6 +132,7 @@ std::vector<std::byte> pack_mesh(const BaseMesh& mesh) {
       std::uint32_t corner = kNew;
       if (place == kNoId) {
         numbers.put(to_numbers, next, zigzag(vertex - std::exchange(last, vertex)));
+        vertices[next] = vertex;
         place = next++;
       } else if (const auto found = std::ranges::find(before, place); found != before.end()) {
         corner = kCornerBefore + static_cast<std::uint32_t>(found - before.begin());
@@ -56,32 +144,30 @@ std::vector<std::byte> pack_mesh(const BaseMesh& mesh) {
     }
     before = face;
   }
+  with_coder(words, [&](const auto& coder) {
+    put_coordinates(coder, mesh.positions(), vertices, to_numbers + numbers.bytes());
+  });
   return packed;
 }
 
 std::optional<IndexedMesh> unpack_mesh(std::span<const std::byte> packed,
-                                       std::uint64_t vertex_count, std::uint64_t face_count) {
+                                       std::uint64_t vertex_count, std::uint64_t face_count,
+                                       PositionWords words) {
   if (vertex_count == 0 && face_count > 0) return std::nullopt;
-  const Planes<std::uint64_t> coordinates(vertex_count);
   const Planes<std::uint32_t> corners(3 * face_count), numbers(vertex_count);
   IndexedMesh mesh;
   mesh.positions.resize(vertex_count);
   mesh.faces.resize(face_count);
-  const std::byte* from = packed.data();
-  for (const auto coordinate : kCoordinates) {
-    coordinates.for_each(from, [&](std::size_t v, std::uint64_t bits) {
-      mesh.positions[v].*coordinate = std::bit_cast<double>(bits);
-    });
-    from += coordinates.bytes();
-  }
+  const std::byte* const from = packed.data();
   const std::byte* const from_numbers = from + corners.bytes();
   std::vector<VertexId> vertices(vertex_count);
   VertexId last = 0;
   bool sound = true;
   numbers.for_each(from_numbers, [&](std::size_t place, std::uint32_t difference) {
     last += from_zigzag(difference);
-    sound &= last < vertex_count;
-    vertices[place] = last;
+    const bool known = last < vertex_count;
+    sound &= known;
+    vertices[place] = known ? last : 0;
   });
   // The places that codes below kBehind stand for, in this face and in the next one. Codes are hard
   // to foresee, so the loop looks them up instead of branching.
@@ -101,6 +187,9 @@ std::optional<IndexedMesh> unpack_mesh(std::span<const std::byte> packed,
     if (++i == 3) ++f, i = 0;
   });
   if (!sound || next != vertex_count) return std::nullopt;
+  with_coder(words, [&](const auto& coder) {
+    take_coordinates(coder, from_numbers + numbers.bytes(), vertices, mesh.positions);
+  });
   return mesh;
 }
 

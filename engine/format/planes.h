@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 
@@ -34,7 +35,7 @@ class Planes {
       for (std::size_t plane = 0; plane < sizeof(Word); ++plane) {
         const std::byte* const from = planes + plane * count_ + first;
         for (std::size_t i = 0; i < many; ++i)
-          words[i] |= std::to_integer<Word>(from[i]) << (8 * plane);
+          words[i] = static_cast<Word>(words[i] | std::to_integer<Word>(from[i]) << (8 * plane));
       }
       for (std::size_t i = 0; i < many; ++i) visit(first + i, words[i]);
     }
@@ -45,11 +46,14 @@ class Planes {
 };
 
 /// Differences of either sign as small numbers: 0, -1, 1, -2 become 0, 1, 2, 3.
-constexpr std::uint32_t zigzag(std::uint32_t difference) {
-  return difference << 1 ^ (0 - (difference >> 31));
+template <std::unsigned_integral Word>
+constexpr Word zigzag(Word difference) {
+  return static_cast<Word>(static_cast<Word>(difference << 1) ^
+                           static_cast<Word>(0 - (difference >> (8 * sizeof(Word) - 1))));
 }
-constexpr std::uint32_t from_zigzag(std::uint32_t number) {
-  return number >> 1 ^ (0 - (number & 1));
+template <std::unsigned_integral Word>
+constexpr Word from_zigzag(Word number) {
+  return static_cast<Word>((number >> 1) ^ static_cast<Word>(0 - (number & 1)));
 }
 
 PLAIT_END_NAMESPACE

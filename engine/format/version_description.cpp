@@ -44,6 +44,7 @@ void encode_attribute(const AttributeRecord& attribute, FieldWriter& fields) {
   fields.put(attribute.number);
   fields.put(static_cast<std::uint8_t>(attribute.schema.type));
   fields.put(static_cast<std::uint8_t>(attribute.schema.components));
+  fields.put(attribute.base_bytes);
   fields.put(attribute.base_checksum);
   fields.put_text(attribute.pipeline.to_text(), kMaxTextBytes, "an attribute's pipeline");
   fields.put(static_cast<std::uint32_t>(attribute.levels.size()));
@@ -96,6 +97,9 @@ class AttributeDecoder {
     schema.type = static_cast<ComponentType>(fields_.take<std::uint8_t>("a component type"));
     schema.components = fields_.take<std::uint8_t>("a number of components");
     fields_.require(schema.record_bytes() > 0, "a record's size", 0);
+    attribute.base_bytes = fields_.take<std::uint64_t>("the size of base records");
+    fields_.require(attribute.base_bytes <= version_.vertex_count * schema.record_bytes(),
+                    "the size of base records", attribute.base_bytes);
     attribute.base_checksum = fields_.take<std::uint64_t>("a checksum of base records");
     attribute.pipeline = take_pipeline<LevelPipelines>(fields_, "an attribute's pipeline", path_);
     take_levels(attribute);

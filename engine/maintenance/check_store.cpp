@@ -61,13 +61,14 @@ class StructureCheck {
         result_(result) {}
 
   void run() {
-    bool base_known =
+    const bool mesh_known =
         check(named(StoreFile::kBaseMesh, kBaseMeshName, "",
                     StoredSize{description_.base_mesh_bytes, description_.base_mesh_checksum}),
               [&] { result_.base = version_.read_base_mesh(); });
     if (store_.contains(kBaseIndexName))
       check(named(StoreFile::kBaseIndex, kBaseIndexName),
-            [&] { version_.check_base_index(base_known ? &result_.base : nullptr); });
+            [&] { version_.check_base_index(mesh_known ? &result_.base : nullptr); });
+    bool base_known = mesh_known;
     if (description_.depths && !check_depths(base_known)) {
       result_.depths_lost = true;
       base_known = false;
@@ -94,11 +95,15 @@ class StructureCheck {
     }
     for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
       const AttributeRecord& attribute = description_.attributes[at];
-      const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
       if (log_known)
         check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
-                    attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
-              [&] { version_.read_base_records(attribute); });
+                    attribute.schema.name, StoredSize{attribute.base_bytes, attribute.base_checksum}),
+              [&] {
+                if (mesh_known)
+                  version_.read_base_records(attribute, result_.base);
+                else
+                  version_.check_base_file(attribute);
+              });
       for (StoredLevel& level : levels)
         if (level.attribute != at)
           continue;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "format/base_index_file.h"
+#include "format/base_records_file.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
 #include "format/manifest.h"
@@ -85,7 +86,10 @@ struct FileRepair {
       return "base.mesh, from which they are made again, is damaged";
     const auto bytes = remaker.base_records(file.attribute);
     if (!bytes) return remaker.refusal();
-    if (!write(file, *bytes)) return "what follows from the base mesh is not what it held";
+    const AttributeSchema& schema = remaker.info_of(file.attribute).schema;
+    if (!write(file, *bytes) &&
+        !write(file, encode_base_records(schema, *bytes, check.base.positions())))
+      return "what follows from the base mesh is not what it held";
     return std::nullopt;
   }
 

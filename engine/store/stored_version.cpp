@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "format/base_mesh_file.h"
+#include "format/base_records_file.h"
 #include "format/change_record.h"
 #include "format/checksum.h"
 #include "format/depths_file.h"
@@ -239,10 +240,27 @@ Bytes StoredVersion::read_records(const std::string& name, std::uint64_t bytes,
   return records;
 }
 
-ZeroedArray<std::byte> StoredVersion::read_base_records(const AttributeRecord& attribute) const {
+void StoredVersion::check_base_file(const AttributeRecord& attribute) const {
+  read_records<std::vector<std::byte>>(base_records_name(attribute), attribute.base_bytes,
+                                       attribute.base_checksum);
+}
+
+ZeroedArray<std::byte> StoredVersion::read_base_records(const AttributeRecord& attribute,
+                                                        const BaseMesh& base) const {
   auto records = read_records<ZeroedArray<std::byte>>(
-      base_records_name(attribute), description_.vertex_count * attribute.schema.record_bytes(),
-      attribute.base_checksum);
+      base_records_name(attribute), attribute.base_bytes, attribute.base_checksum);
+  const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
+  if (records.size() != bytes) {
+    ZeroedArray<std::byte> unpacked(bytes);
+    const bool follows = follows_base_positions(attribute.schema);
+    const auto positions = follows ? base.positions() : std::span<const Vector3<double>>();
+    if (const auto reason = decode_base_records(attribute.schema, records, positions, unpacked)) {
+      const std::filesystem::path path = store_.path_of(base_records_name(attribute));
+      throw Error(ErrorCode::kCorruption, fmt::format("open {}: {}", path.native(), *reason))
+          .about(path);
+    }
+    records = std::move(unpacked);
+  }
   for (const ChangeRecord& change : changes())
     for (const ChangedRecords& piece : change.records)
       if (piece.attribute == attribute.number) read_piece(piece, records);

@@ -94,9 +94,12 @@ class StoredVersion {
   EdgeShards shards() const;
   /// The bytes that version.S would have with these tables.
   std::vector<std::byte> version_file_with(std::span<const BlockTable* const> tables) const;
-  /// Reads the base records of an attribute in the description. Errors: kNotFound, kCorruption,
-  /// kIo.
-  ZeroedArray<std::byte> read_base_records(const AttributeRecord& attribute) const;
+  /// Reads the base records of an attribute in the description. Of `base`, it reads the positions if
+  /// the records are packed and follow them. Errors: kNotFound, kCorruption, kIo.
+  ZeroedArray<std::byte> read_base_records(const AttributeRecord& attribute,
+                                           const BaseMesh& base) const;
+  /// Throws unless the file with these records has its size and checksum. Errors: likewise.
+  void check_base_file(const AttributeRecord& attribute) const;
 
   /// Reads the records of a face attribute in the description. Errors: as read_base_records().
   std::vector<std::byte> read_face_records(const FaceAttributeRecord& attribute) const;

@@ -118,6 +118,7 @@ void Store::Implementation::write_whole_version(bool durable) {
   }
   for (const FaceAttribute& attribute : face_attributes)
     content.face_records.push_back(attribute.bytes);
+  if (backend.traits.compressed) content.positions = base.positions();
   if (!has_base_index && wants_index(options.base_index, base)) {
     add_base_index_file(directory, base, base_mesh_size.checksum, durable);
     has_base_index = true;
@@ -143,7 +144,7 @@ void Store::Implementation::read_version(const StoredVersion& version, OpenMode 
   for (const AttributeRecord& stored : version.description().attributes) {
     Attribute attribute;
     attribute.record = stored;
-    attribute.base_bytes = version.read_base_records(stored);
+    attribute.base_bytes = version.read_base_records(stored, base);
     infos.push_back({stored.schema, version.description().finest_level(stored)});
     attributes.push_back(std::move(attribute));
   }

@@ -123,8 +123,7 @@ bool have_checksums(const Directory& store, const VersionDescription& descriptio
                     std::uint64_t sequence) {
   return std::ranges::all_of(description.attributes, [&](const AttributeRecord& attribute) {
     const std::string name = base_file_name(attribute.number, sequence);
-    return size_of(store, name).value_or(0) ==
-               description.vertex_count * attribute.schema.record_bytes() &&
+    return size_of(store, name).value_or(0) == attribute.base_bytes &&
            checksum_of(File(store, name, OpenMode::kRead)) == attribute.base_checksum;
   });
 }
@@ -137,9 +136,13 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
   std::vector<std::string> names = {kBaseMeshName, version_file_name(sequence)};
   if (store.contains(kBaseIndexName)) names.push_back(kBaseIndexName);
   if (description.depths) names.push_back(kDepthsName);
-  for (const AttributeRecord& attribute : description.attributes)
-    names.push_back(base_file_name(attribute.number, sequence));
   std::uint64_t bytes = 0;
+  for (const AttributeRecord& attribute : description.attributes) {
+    names.push_back(base_file_name(attribute.number, sequence));
+    // Packed records take as much memory as others.
+    bytes += description.vertex_count * attribute.schema.record_bytes() -
+             std::min(attribute.base_bytes, description.vertex_count * attribute.schema.record_bytes());
+  }
   for (const std::string& name : names) bytes += size_of(store, name).value_or(0);
   if (bytes <= kFreelyReadBytes) return;
   const std::uint64_t needed = bytes / kMostBytesForOneOnDisk;
@@ -172,8 +175,7 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
 void check_base_sizes(const Directory& store, const VersionDescription& description,
                       std::uint64_t sequence) {
   for (const AttributeRecord& attribute : description.attributes)
-    check_size(store, base_file_name(attribute.number, sequence),
-               description.vertex_count * attribute.schema.record_bytes());
+    check_size(store, base_file_name(attribute.number, sequence), attribute.base_bytes);
   check_size(store, kBaseMeshName, description.base_mesh_bytes);
   if (description.depths) check_size(store, kDepthsName, description.face_count);
 }

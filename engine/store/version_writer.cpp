@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "format/base_records_file.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
 #include "format/manifest.h"
@@ -42,9 +43,13 @@ Manifest publish_version(const Directory& store, const StoreLock& lock, const St
   VersionDescription& description = content.description;
   for (std::size_t at = 0; at < description.attributes.size(); ++at) {
     AttributeRecord& attribute = description.attributes[at];
-    write_whole_file(store, base_file_name(attribute.number, sequence), content.base_records[at],
-                     durable);
-    attribute.base_checksum = checksum_of(content.base_records[at]);
+    std::span<const std::byte> bytes = content.base_records[at];
+    std::vector<std::byte> packed;
+    if (content.positions)
+      bytes = packed = encode_base_records(attribute.schema, bytes, *content.positions);
+    write_whole_file(store, base_file_name(attribute.number, sequence), bytes, durable);
+    attribute.base_bytes = bytes.size();
+    attribute.base_checksum = checksum_of(bytes);
   }
   for (std::size_t at = 0; at < description.face_attributes.size(); ++at) {
     FaceAttributeRecord& attribute = description.face_attributes[at];

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -10,15 +11,18 @@
 #include "format/version_description.h"
 #include "plait/extend/block_table.h"
 #include "plait/extend/directory.h"
+#include "plait/extend/vector3.h"
 #include "store/lock.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// What a version has beside the base mesh and the files of its levels.
 struct VersionContent {
-  VersionDescription description;  ///< publish_version() enters the checksums of the records
+  VersionDescription description;  ///< publish_version() enters sizes and checksums of the records
   /// Of all base vertices, for each attribute; of all base faces, for each face attribute.
   std::vector<std::span<const std::byte>> base_records, face_records;
+  /// Of the base mesh, for a store whose base records are packed (format/base_records_file.h).
+  std::optional<std::span<const Vector3<double>>> positions = {};
   std::vector<const BlockTable*> tables = {};  ///< of all levels; none if they are in shards
   LogPlace log = {};                           ///< the change log that the tables name
 };

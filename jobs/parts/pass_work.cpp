@@ -230,7 +230,7 @@ void PassWork::commit(const JoinCall& call, const std::vector<DoneFile>& parts, 
                           ? std::move(merge_base_records(directory_, plan_, parts, joined_->mesh,
                                                          {attribute.schema.record_bytes()})
                                           .front())
-                          : version.read_base_records(attribute));
+                          : version.read_base_records(attribute, joined_->mesh));
   for (const FaceAttributeRecord& attribute : joined_->next.face_attributes)
     faces.push_back(version.read_face_records(attribute));
   VersionDescription description = joined_->next;

@@ -14,6 +14,7 @@
 #include "mesh/narrowing.h"
 #include "plait/error.h"
 #include "plait/layout.h"
+#include "remesh/rounded_positions.h"
 #include "sample/area_spread.h"
 #include "sample/exact_faces.h"
 #include "sample/folds.h"
@@ -58,6 +59,24 @@ BaseShape shape_of(const BaseMesh& base) {
   std::sort(qualities.begin(), qualities.end());
   return {qualities.front(), qualities[qualities.size() / 100], qualities[qualities.size() / 2],
           *std::max_element(valences.begin(), valences.end())};
+}
+
+/// The same mesh with its faces in this order, and its vertices in the order in which faces name
+/// them. Nobody knows the collapsed mesh, so there are no input maps: base.mesh stays small.
+BaseMesh in_order(const BaseMesh& base, const std::vector<FaceId>& order) {
+  IndexedMesh mesh;
+  std::vector<VertexId> numbers(base.vertex_count(), kNoId);
+  for (const FaceId face : order) {
+    auto& corners = mesh.faces.emplace_back(base.faces()[face]);
+    for (VertexId& corner : corners) {
+      if (numbers[corner] == kNoId) {
+        numbers[corner] = static_cast<VertexId>(mesh.positions.size());
+        mesh.positions.push_back(base.positions()[corner]);
+      }
+      corner = numbers[corner];
+    }
+  }
+  return BaseMesh::build(std::move(mesh), "base mesh");
 }
 
 class BaseSampler {
@@ -203,7 +222,7 @@ void BaseSampler::make_base() {
     }
   const BaseMesh base = BaseMesh::build({decimated.positions, decimated.faces}, "base mesh");
   const std::vector<FaceId> order = face_order(base, LayoutKind::kHilbert);
-  result_.surface.base = base.with_face_order(order);
+  result_.surface.base = in_order(base, order);
   result_.surface.levels = request_.levels;
   history_faces_.clear();
   crease_sides_.clear();
@@ -289,7 +308,8 @@ void BaseSampler::mark_turned() {
                   });
 }
 
-/// With the numbers that the store has: of float32, unless it gets float64.
+/// With the numbers that the store has: of float32, unless it gets float64, and rounded as the
+/// request says. The base mesh gets those of its vertices.
 void BaseSampler::set_positions() {
   const auto stored = [&](double number) {
     return report_.precision == ComponentType::kFloat64 ? number : as_float32(number);
@@ -304,6 +324,15 @@ void BaseSampler::set_positions() {
                               request_.scan.native(), to_string(report_.precision), p.x, p.y, p.z));
     result_.surface.positions.push_back(rounded);
   }
+  if (request_.max_error)
+    report_.rounding = round_positions(result_.surface, report_.precision, *request_.max_error);
+  const BaseMesh& base = result_.surface.base;
+  IndexedMesh stored_base;
+  stored_base.positions.assign(
+      result_.surface.positions.begin(),
+      result_.surface.positions.begin() + static_cast<std::ptrdiff_t>(base.vertex_count()));
+  stored_base.faces.assign(base.faces().begin(), base.faces().end());
+  result_.surface.base = BaseMesh::build(std::move(stored_base), "base mesh");
 }
 
 }  // namespace

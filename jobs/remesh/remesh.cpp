@@ -12,22 +12,24 @@
 #include "job_rules.h"
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
+#include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/attributed_mesh.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
+#include "plait/extend/store_access.h"
+#include "plait/notes.h"
 #include "plait/progress.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/store_info.h"
-#include "prune/distance_depths.h"
 #include "remesh/base_samples.h"
+#include "remesh/choose_depths.h"
 #include "remesh/distance_search.h"
 #include "remesh/sampled_surface.h"
 #include "remesh/scan_attributes.h"
 #include "remesh/scan_progress.h"
-#include "remesh/tolerance_search.h"
 #include "store/new_output.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -39,21 +41,15 @@ constexpr std::uint64_t kBytesPerFaceOfAllLevels = 60;  ///< of a store in memor
 constexpr std::uint64_t kFacesPerVertex = 2;
 constexpr int kFarEdges = 3;  ///< of the mean length: a part of the scan farther away is a warning
 const Provenance kProvenance = {.layout = "hilbert"};
-constexpr std::string_view kTurned = "turned", kDistance = "distance";
+constexpr std::string_view kTurned = "turned", kDistance = "distance", kRemeshRms = "remesh-rms";
 /// relax() numbers the corners of small faces in 32 bits.
 constexpr std::uint64_t kMostSmallFaces = (std::uint64_t{1} << 32) / 3;
 
-constexpr WorkPart kSampling = {0, 700}, kWriting = {700, 760}, kWritingAttributes = {760, 800},
-                   kEncoding = {800, 830}, kMeasuringStore = {830, 910},
-                   kMeasuringScan = {910, 1000};
-constexpr int kBalance = 1;  ///< levels by which neighbours differ, at most
-/// Of the largest distance, for what lies between the points that are measured.
-constexpr double kKeptBackFromScan = 1.0 / 32;
+constexpr WorkPart kSampling = {0, 700}, kMeasuringStore = {700, 780}, kMeasuringScan = {780, 870},
+                   kWriting = {870, 930}, kWritingAttributes = {930, 970}, kEncoding = {970, 1000};
 /// With depths, what is written was measured before.
 constexpr WorkPart kFillingMemory = {700, 720}, kChoosingDepths = {720, 900},
                    kCopyingLevels = {900, 1000};
-/// Of a trial of choose_depths().
-constexpr WorkPart kTrialDepths = {0, 400}, kDepthsStore = {400, 700}, kDepthsScan = {700, 1000};
 /// Of a trial of search().
 constexpr WorkPart kTrialSampling = {0, 800}, kTrialStore = {800, 900}, kTrialScan = {900, 1000};
 
@@ -103,7 +99,12 @@ class ScanRun {
       progress_.begin("distances", kWriting.first);
       sampled_.surface.distances = distances_at_samples(scan_, sampled_.surface);
     }
-    if (report_.max_distance > 0 && request_.own_depths.value_or(true)) choose_depths();
+    if (report_.max_distance > 0 && request_.own_depths.value_or(true)) give_depths();
+    if (request_.report_samples > 0 && !request_.max_distance) {
+      measure(small_triangles(sampled_.surface), kMeasuringStore, kMeasuringScan,
+              kFarEdges * report_.mean_edge);
+      if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
+    }
     make_store();
     return std::move(report_);
   }
@@ -118,7 +119,7 @@ class ScanRun {
   void make_store();
   void write_store(const std::filesystem::path& path);
   void fill(Store& store, WorkPart writing, WorkPart writing_attributes);
-  void choose_depths();
+  void give_depths();
   void measure(const IndexedMesh& small, WorkPart to_store, WorkPart to_scan, double far);
   std::string far_text() const;
 
@@ -232,11 +233,6 @@ void ScanRun::make_store() {
                  [&](const std::filesystem::path& path) {
                    write_store(path);
                    report_.write_seconds = clock.seconds();
-                   if (request_.report_samples > 0 && !request_.max_distance) {
-                     measure(small_triangles(sampled_.surface), kMeasuringStore, kMeasuringScan,
-                             kFarEdges * report_.mean_edge);
-                     if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
-                   }
                    progress_.begin("publish", 1000);
                  });
 }
@@ -245,6 +241,12 @@ void ScanRun::write_store(const std::filesystem::path& path) {
   StoreOptions options = request_.options;
   const SampledSurface& surface = sampled_.surface;
   options.expected_bytes = surface.positions.size() * 3 * component_bytes(report_.precision);
+  if (options.pipeline_of && report_.rounding)
+    options.pipeline_of = [pipeline_of = options.pipeline_of,
+                           step = report_.rounding->step](const AttributeSchema& schema) {
+      const LevelPipelines pipelines = pipeline_of(schema);
+      return schema.name == "position" ? pipeline_of_rounded(pipelines, step) : pipelines;
+    };
   Store store = Store::create(path, BaseMesh(all_levels_ ? base_of_store_ : surface.base), options,
                               backends_, kProvenance);
   tell_notices(store, watch_.warn, request_.store);
@@ -255,6 +257,12 @@ void ScanRun::write_store(const std::filesystem::path& path) {
   for (std::size_t at = 0; at < attributes_.count(); ++at)
     report_.attributes.push_back(attributes_.schema(at));
   if (!all_levels_) store.finish_encoding(progress_.during(kEncoding));
+  if (report_.rounding)
+    StoreAccess::set_rounding(store, store.attribute("position"), report_.rounding);
+  // What a later rounding may add to (plait tune).
+  if (request_.report_samples > 0)
+    store.notes().set_text(kRemeshRms,
+                           fmt::format("{:.9g}", std::max(report_.to_store.rms, report_.to_scan.rms)));
   store.commit();
   report_.backend = store.options().backend;
   report_.stored_bytes = store.info().stored_bytes;
@@ -269,9 +277,9 @@ void ScanRun::fill(Store& store, WorkPart writing, WorkPart writing_attributes) 
                    progress_.during(writing_attributes));
 }
 
-/// Prunes towards all levels, and measures the distance of what is left from the scan.
-void ScanRun::choose_depths() {
-  Stopwatch clock;
+/// From all levels, in memory.
+void ScanRun::give_depths() {
+  const Stopwatch clock;
   StoreOptions options;
   options.backend = "memory";
   options.budget_bytes = request_.options.budget_bytes;
@@ -279,41 +287,14 @@ void ScanRun::choose_depths() {
   all_levels_.emplace(
       Store::create({}, BaseMesh(sampled_.surface.base), options, default_backends(), kProvenance));
   fill(*all_levels_, kFillingMemory.nth(0, 2), kFillingMemory.nth(1, 2));
-  report_.prune_seconds += clock.lap();
-  const double all_levels = std::max(report_.to_store.max, report_.to_scan.max);
-  const double limit = std::max((1 - kKeptBackFromScan) * report_.max_distance, all_levels);
-  ToleranceSearch search(limit, all_levels);
-  for (WorkPart left = kChoosingDepths;; left = left.nth(1, 2)) {
-    const WorkPart now = left.nth(0, 2);
-    clock.lap();
-    // Faces are measured in rounds, and only the first has all of them.
-    const ProgressCallback progress = progress_.during(now.of(kTrialDepths));
-    const JobWatch watch{
-        .progress = [&progress, most = std::uint64_t{0}](const Progress& round) mutable {
-          most = std::max(most, round.done);
-          return !progress || progress({round.phase, most, std::max(most, round.total)});
-        }};
-    std::vector<std::uint8_t> depths(sampled_.surface.base.face_count(),
-                                     static_cast<std::uint8_t>(request_.levels));
-    if (search.tolerance() > 0)
-      depths =
-          depths_by_distance(*all_levels_, {.number = search.tolerance()}, kBalance, watch).depths;
-    report_.faces_of_level.assign(static_cast<std::size_t>(request_.levels) + 1, 0);
-    for (const std::uint8_t depth : depths) ++report_.faces_of_level[depth];
-    base_of_store_ = sampled_.surface.base.with_depths(std::move(depths));
-    ++report_.depth_trials;
-    report_.tolerance = search.tolerance();
-    report_.prune_seconds += clock.lap();
-    measure(drawn_triangles(sampled_.surface, base_of_store_), now.of(kDepthsStore),
-            now.of(kDepthsScan), report_.max_distance);
-    const double found = std::max({report_.to_store.max, report_.to_scan.max, farthest_vertex_});
-    // All levels were near enough.
-    if (found <= limit || search.tolerance() == 0) break;
-    search.next(found);
-  }
-  const LevelCounts counts = counts_at_level(base_of_store_, request_.levels);
-  report_.vertices = counts.vertices;
-  report_.small_faces = counts.faces;
+  report_.prune_seconds += clock.seconds();
+  base_of_store_ = choose_depths(
+      *all_levels_, sampled_.surface, kChoosingDepths, progress_,
+      [&](const IndexedMesh& drawn, WorkPart to_store, WorkPart to_scan) {
+        measure(drawn, to_store, to_scan, report_.max_distance);
+        return std::max({report_.to_store.max, report_.to_scan.max, farthest_vertex_});
+      },
+      report_);
 }
 
 void ScanRun::search() {

@@ -14,6 +14,7 @@
 #include "plait/detail/namespace.h"
 #include "plait/existing.h"
 #include "plait/extend/backend_registry.h"
+#include "plait/extend/rounding.h"
 #include "plait/job.h"
 #include "plait/options.h"
 #include "sample/area_spread.h"
@@ -51,6 +52,8 @@ struct RemeshRequest {
   /// Adds attribute "distance" (float32): at each vertex, how far the vertices of the scan near it
   /// are from the store, in units of the scan.
   bool distances = false;
+  /// Positions of all levels and of the base mesh are rounded (remesh/rounded_positions.h).
+  std::optional<ErrorBound> max_error = {};
   /// Points for each direction of the report; 0 for no distances.
   std::uint64_t report_samples = 1000000;
   StoreOptions options = {};  ///< pipelines: only with a backend that compresses
@@ -103,6 +106,7 @@ struct RemeshReport {
   /// Without samples if the request asks for none. Parts of the scan that are farther than 3 mean
   /// edges from the store are a warning too.
   Distances to_store, to_scan;
+  std::optional<Rounding> rounding;  ///< of the positions
   std::string backend, digest;
   std::uint64_t stored_bytes = 0;
   double prune_seconds = 0;  ///< of the depths, without measuring
@@ -112,7 +116,8 @@ struct RemeshReport {
 
 /// Makes the store: attribute "position" (3 x float32 or float64) on all levels, at points of the
 /// scan, the vertex attributes of a PLY file there (remesh/scan_attributes.h), and "turned"
-/// (uint8): 1 at the corners of small triangles that stay turned over, 0 elsewhere. After an error
+/// (uint8): 1 at the corners of small triangles that stay turned over, 0 elsewhere. With distances in the report,
+/// the text "remesh-rms" has the larger root of the mean square, in units of the scan. After an error
 /// there is no new store.
 ///
 /// Progress counts thousandths of the whole work; there are no other steps. It is told about

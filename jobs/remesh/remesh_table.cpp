@@ -1,4 +1,6 @@
 // The job "remesh".
+#include <fmt/format.h>
+
 #include "job.h"
 #include "job_rules.h"
 #include "remesh/remesh.h"
@@ -10,11 +12,26 @@ namespace {
 constexpr double kNoFeature = 180;  ///< degrees that no edge exceeds
 
 struct RemeshArguments : RemeshRequest {
-  std::vector<std::string> compress;
+  std::vector<std::string> compress, max_error_texts;
 };
 
+/// Of "position" alone: the other attributes come from the file as they are.
+std::optional<ErrorBound> bound_of_positions(const ErrorBounds& bounds) {
+  for (const auto& [name, bound] : bounds.all())
+    if (name != "position")
+      throw JobError(ErrorCode::kInvalidArgument,
+                     fmt::format("remesh: expected a bound of 'position', found one of '{}', which "
+                                 "plait convert rounds in the store",
+                                 name),
+                     "max-error");
+  return bounds.of("position");
+}
+
 JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
-  request.options.pipeline_of = pipelines_of(compression_of(request.compress));
+  request.max_error = bound_of_positions(error_bounds_of(request.max_error_texts));
+  request.options.pipeline_of = pipelines_of(compression_of(request.compress),
+                                             request.max_error.has_value(), request.options.backend,
+                                             call.backends);
   request.options.parallel_for = call.parallel_for;
   const RemeshReport report = remesh(request, call.backends, call.watch);
   JobReport json = {{"scan", request.scan.string()},
@@ -71,6 +88,7 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
     json["store_to_scan"] = distances_json(report.to_scan, report.diagonal);
   }
   json["attributes"] = attributes_json(report.attributes);
+  if (report.rounding) json["max_error"]["position"] = rounding_json(*report.rounding);
   json["backend"] = report.backend;
   json["stored_bytes"] = report.stored_bytes;
   json["threads"] = request.threads;
@@ -148,6 +166,7 @@ Job remesh_job() {
       "backend", [](RemeshArguments & request) -> auto& { return request.options.backend; },
       "The backend that stores the levels (see below)");
   table.compress(&RemeshArguments::compress);
+  table.max_error(&RemeshArguments::max_error_texts);
   table.bytes(
       "memory", [](RemeshArguments & request) -> auto& { return request.options.budget_bytes; },
       "Budget for blocks in memory");
