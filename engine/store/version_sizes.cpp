@@ -136,13 +136,13 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
   std::vector<std::string> names = {kBaseMeshName, version_file_name(sequence)};
   if (store.contains(kBaseIndexName)) names.push_back(kBaseIndexName);
   if (description.depths) names.push_back(kDepthsName);
-  std::uint64_t bytes = 0;
+  std::uint64_t unpacked = 0;  // packed records take as much memory as others
   for (const AttributeRecord& attribute : description.attributes) {
     names.push_back(base_file_name(attribute.number, sequence));
-    // Packed records take as much memory as others.
-    bytes += description.vertex_count * attribute.schema.record_bytes() -
-             std::min(attribute.base_bytes, description.vertex_count * attribute.schema.record_bytes());
+    unpacked +=
+        description.vertex_count * attribute.schema.record_bytes() - attribute.base_bytes;
   }
+  std::uint64_t bytes = unpacked;
   for (const std::string& name : names) bytes += size_of(store, name).value_or(0);
   if (bytes <= kFreelyReadBytes) return;
   const std::uint64_t needed = bytes / kMostBytesForOneOnDisk;
@@ -160,6 +160,12 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
       emptiest = name;
     }
   }
+  if (unpacked > kFreelyReadBytes && unpacked / kMostBytesForOneOnDisk > there)
+    throw refusal(store.path_of(version_file_name(sequence)),
+                  fmt::format("packed base records of {}; of the files that are read whole, the "
+                              "disk has {}, expected at least {}",
+                              format_bytes(unpacked), format_bytes(there),
+                              format_bytes(unpacked / kMostBytesForOneOnDisk)));
   const bool is_of_records = emptiest != kBaseMeshName && emptiest != kBaseIndexName &&
                              emptiest != kDepthsName && emptiest != version_file_name(sequence);
   if (is_of_records && bytes <= kMostBytesForChecksum &&

@@ -14,6 +14,7 @@
 #include "mesh/narrowing.h"
 #include "plait/error.h"
 #include "plait/layout.h"
+#include "remesh/base_numbers.h"
 #include "remesh/rounded_positions.h"
 #include "sample/area_spread.h"
 #include "sample/exact_faces.h"
@@ -61,24 +62,6 @@ BaseShape shape_of(const BaseMesh& base) {
           *std::max_element(valences.begin(), valences.end())};
 }
 
-/// The same mesh with its faces in this order, and its vertices in the order in which faces name
-/// them. Nobody knows the collapsed mesh, so there are no input maps: base.mesh stays small.
-BaseMesh in_order(const BaseMesh& base, const std::vector<FaceId>& order) {
-  IndexedMesh mesh;
-  std::vector<VertexId> numbers(base.vertex_count(), kNoId);
-  for (const FaceId face : order) {
-    auto& corners = mesh.faces.emplace_back(base.faces()[face]);
-    for (VertexId& corner : corners) {
-      if (numbers[corner] == kNoId) {
-        numbers[corner] = static_cast<VertexId>(mesh.positions.size());
-        mesh.positions.push_back(base.positions()[corner]);
-      }
-      corner = numbers[corner];
-    }
-  }
-  return BaseMesh::build(std::move(mesh), "base mesh");
-}
-
 class BaseSampler {
  public:
   BaseSampler(const RemeshRequest& request, const Surface& scan, const TriangleTree& tree,
@@ -105,6 +88,8 @@ class BaseSampler {
     const auto go_on = [&] { progress_.begin("positions", now_.last); };
     go_on();
     mark_turned();
+    go_on();
+    number_in_face_order(result_);
     go_on();
     set_positions();
     go_on();
@@ -222,7 +207,7 @@ void BaseSampler::make_base() {
     }
   const BaseMesh base = BaseMesh::build({decimated.positions, decimated.faces}, "base mesh");
   const std::vector<FaceId> order = face_order(base, LayoutKind::kHilbert);
-  result_.surface.base = in_order(base, order);
+  result_.surface.base = base.with_face_order(order);
   result_.surface.levels = request_.levels;
   history_faces_.clear();
   crease_sides_.clear();
@@ -326,13 +311,7 @@ void BaseSampler::set_positions() {
   }
   if (request_.max_error)
     report_.rounding = round_positions(result_.surface, report_.precision, *request_.max_error);
-  const BaseMesh& base = result_.surface.base;
-  IndexedMesh stored_base;
-  stored_base.positions.assign(
-      result_.surface.positions.begin(),
-      result_.surface.positions.begin() + static_cast<std::ptrdiff_t>(base.vertex_count()));
-  stored_base.faces.assign(base.faces().begin(), base.faces().end());
-  result_.surface.base = BaseMesh::build(std::move(stored_base), "base mesh");
+  give_base_positions(result_.surface);
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ class ScanRun {
           "none if none shall be kept",
           request_.scan.native(), report_.faces_for_creases, report_.faces_for_creases));
     if (request_.distances) {
-      progress_.begin("distances", kWriting.first);
+      progress_.begin("distances", kSampling.last);
       sampled_.surface.distances = distances_at_samples(scan_, sampled_.surface);
     }
     if (report_.max_distance > 0 && request_.own_depths.value_or(true)) give_depths();

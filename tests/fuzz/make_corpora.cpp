@@ -16,6 +16,7 @@
 
 #include "compressed/block_coder.h"
 #include "format/base_mesh_file.h"
+#include "format/base_records_file.h"
 #include "format/checksum.h"
 #include "format/manifest.h"
 #include "format/packed_mesh.h"
@@ -190,22 +191,61 @@ void seed_base_meshes() {
   for (const auto& p : kPoints) octahedron.positions.push_back({p[0], p[1], p[2]});
   for (const auto& f : kFaces) octahedron.faces.push_back({f[0], f[1], f[2]});
   const BaseMesh mesh = BaseMesh::build(std::move(octahedron), "octahedron");
-  const std::vector<std::byte> content = pack_mesh(mesh);
+  const PositionWords words = words_of(mesh.positions());
+  const std::vector<std::byte> content = pack_mesh(mesh, words);
   const auto text = [](std::span<const std::byte> bytes) {
     return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   };
-  const auto counts = [](bool is_content, std::uint32_t vertices, std::uint32_t faces) {
-    return number(static_cast<std::uint8_t>(is_content)) + number(vertices) + number(faces);
+  const auto counts = [&](bool is_content, std::uint32_t vertices, std::uint32_t faces) {
+    return number(static_cast<std::uint8_t>(is_content)) + number(vertices) + number(faces) +
+           (is_content ? number(static_cast<std::uint32_t>(words.form)) +
+                             number(static_cast<std::uint32_t>(words.exponent))
+                       : std::string());
   };
-  const std::string file = text(base_mesh_file(6, 8, content));
+  const std::string file = text(base_mesh_file(6, 8, words, content));
   seed("base_mesh_file", "octahedron", counts(true, 6, 8) + text(content));
   seed("base_mesh_file", "file", counts(false, 6, 8) + file);
   seed("base_mesh_file", "many_vertices", counts(true, 0x80000000, 8) + text(content));
   seed("base_mesh_file", "triangle",
-       counts(true, 3, 1) + std::string(72 + 12, '\0') +
-           std::string("\0\2\2\0\0\0\0\0\0\0\0\0", 12));
+       counts(true, 3, 1) + std::string(12, '\0') +
+           std::string("\0\2\2\0\0\0\0\0\0\0\0\0", 12) + std::string(36, '\0'));
+  const auto in_form = [](PositionForm form, std::uint32_t exponent, std::size_t coordinates) {
+    return number(std::uint8_t{1}) + number(std::uint32_t{3}) + number(std::uint32_t{1}) +
+           number(static_cast<std::uint32_t>(form)) + number(exponent) + std::string(12, '\0') +
+           std::string("\0\2\2\0\0\0\0\0\0\0\0\0", 12) + std::string(coordinates, '\7');
+  };
+  seed("base_mesh_file", "float32", in_form(PositionForm::kFloat32, 0, 36));
+  seed("base_mesh_file", "float64", in_form(PositionForm::kFloat64, 0, 72));
+  seed("base_mesh_file", "whole", in_form(PositionForm::kWhole, 0xfffffc18, 36));
+  seed("base_mesh_file", "no_form", in_form(PositionForm{4}, 0, 36));
   seed("base_mesh_file", "vertex_twice",
-       counts(true, 3, 1) + std::string(72 + 12, '\0') + std::string(12, '\0'));
+       counts(true, 3, 1) + std::string(12 + 12 + 36, '\0'));
+}
+
+void seed_base_records() {
+  const auto head = [](std::uint8_t type, bool is_position, std::uint8_t components,
+                       std::uint8_t vertices) {
+    return number(static_cast<std::uint8_t>(type - 1)) +
+           number(static_cast<std::uint8_t>(is_position)) +
+           number(static_cast<std::uint8_t>(components - 1)) +
+           number(static_cast<std::uint8_t>(vertices - 1));
+  };
+  const auto file = [](const AttributeSchema& schema, std::span<const Vector3<double>> positions,
+                       std::size_t vertices) {
+    const std::vector<std::byte> records(vertices * schema.record_bytes());
+    const std::vector<std::byte> packed = encode_base_records(schema, records, positions);
+    return std::string(reinterpret_cast<const char*>(packed.data()), packed.size());
+  };
+  const std::vector<Vector3<double>> positions(200);
+  const AttributeSchema position = {"position", ComponentType::kFloat32, 3},
+                        wide = {"other", ComponentType::kFloat64, 2},
+                        label = {"other", ComponentType::kUint8, 1};
+  const std::string frame = file(position, positions, 200);
+  seed("base_records_file", "positions", head(1, true, 3, 200) + frame);
+  seed("base_records_file", "wide", head(2, false, 2, 200) + file(wide, {}, 200));
+  seed("base_records_file", "labels", head(7, false, 1, 200) + file(label, {}, 200));
+  seed("base_records_file", "of_others", head(1, false, 3, 200) + frame);
+  seed("base_records_file", "raw", head(7, false, 1, 5) + std::string("abcde"));
 }
 
 void seed_manifests() {
@@ -244,6 +284,7 @@ void seed_descriptions() {
     AttributeRecord& attribute = version.attributes.emplace_back();
     attribute.schema = std::move(schema);
     attribute.number = number;
+    attribute.base_bytes = version.vertex_count * attribute.schema.record_bytes();
     attribute.base_checksum = 11 + number;
     attribute.pipeline = pipeline;
     attribute.levels = std::move(levels);
@@ -503,6 +544,7 @@ int main(int argument_count, char** arguments) try {
   corpora = arguments[1];
   seed_meshes();
   seed_base_meshes();
+  seed_base_records();
   seed_manifests();
   seed_descriptions();
   seed_block_tables();

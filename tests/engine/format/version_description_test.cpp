@@ -40,6 +40,7 @@ VersionDescription full_description(std::size_t attributes) {
     attribute.schema.type = static_cast<ComponentType>(1 + i % 10);
     attribute.schema.components = static_cast<std::uint32_t>(255 - i % 250);
     attribute.number = static_cast<std::uint32_t>(99'999 - i);
+    attribute.base_bytes = i;
     attribute.base_checksum = 0xaaaaaaaaaaaaaaaau + i;
     attribute.pipeline = "lz4";
     for (std::size_t level = 0; level < i % 19; ++level)
@@ -67,6 +68,7 @@ void check_equal(const VersionDescription& a, const VersionDescription& b) {
   for (std::size_t i = 0; i < a.attributes.size(); ++i)
     same = same && a.attributes[i].schema == b.attributes[i].schema &&
            a.attributes[i].number == b.attributes[i].number &&
+           a.attributes[i].base_bytes == b.attributes[i].base_bytes &&
            a.attributes[i].base_checksum == b.attributes[i].base_checksum &&
            a.attributes[i].pipeline == b.attributes[i].pipeline &&
            a.attributes[i].levels == b.attributes[i].levels;

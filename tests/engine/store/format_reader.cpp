@@ -6,6 +6,7 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -169,6 +170,7 @@ Attribute read_attribute(Fields& fields, std::uint32_t base_level) {
   attribute.number = fields.take_u32();
   attribute.type = static_cast<unsigned>(fields.take(1));
   attribute.components = static_cast<unsigned>(fields.take(1));
+  attribute.base_bytes = fields.take(8);
   attribute.base_checksum = fields.take(8);
   attribute.pipeline = fields.take_text();
   const std::uint32_t levels = fields.take_u32(), ranges = fields.take_u32();
@@ -265,14 +267,91 @@ BaseFigures read_description(Store& store, Bytes description, std::uint32_t flag
   return base;
 }
 
+/// Number i of `count` numbers of `size` bytes whose planes begin at `offset`.
+std::uint64_t plane_number(const Bytes& content, std::size_t offset, std::size_t count,
+                           std::size_t size, std::size_t i) {
+  std::uint64_t value = 0;
+  for (std::size_t plane = size; plane-- > 0;)
+    value = value << 8 | content.at(offset + plane * count + i);
+  return value;
+}
+/// What was stored as 2 d for d >= 0 and as -2 d - 1 for d < 0.
+std::uint64_t signed_difference(std::uint64_t stored) {
+  return stored % 2 == 0 ? stored / 2 : 0 - (stored / 2 + 1);
+}
+std::uint64_t cut_to(std::size_t bytes, std::uint64_t number) {
+  return bytes == 8 ? number : number & ((std::uint64_t{1} << (8 * bytes)) - 1);
+}
+/// The number with this place among all numbers of its type.
+template <class Number, class Word>
+Number float_at(std::uint64_t place) {
+  constexpr Word kSign = Word{1} << (8 * sizeof(Word) - 1);
+  auto bits = static_cast<Word>(place);
+  bits = (bits & kSign) != 0 ? bits - kSign : ~bits;
+  Number number;
+  std::memcpy(&number, &bits, sizeof number);
+  return number;
+}
+template <class Number, class Word>
+std::uint64_t place_of_float(Number number) {
+  constexpr Word kSign = Word{1} << (8 * sizeof(Word) - 1);
+  Word bits;
+  std::memcpy(&bits, &number, sizeof bits);
+  return (bits & kSign) != 0 ? static_cast<Word>(~bits) : bits + kSign;
+}
+
+/// The records in a file of fewer bytes.
+Bytes unpacked_base(const Store& store, const Attribute& attribute) {
+  const std::size_t count = store.positions.size(), width = component_bytes(attribute.type),
+                    size = count * attribute.record_bytes;
+  Bytes content(size), records(size);
+  require(ZSTD_findFrameCompressedSize(attribute.base.data(), attribute.base.size()) ==
+                  attribute.base.size() &&
+              ZSTD_getFrameContentSize(attribute.base.data(), attribute.base.size()) == size &&
+              ZSTD_decompress(content.data(), size, attribute.base.data(),
+                              attribute.base.size()) == size,
+          "frame of base records");
+  const bool is_float32 = attribute.type == 1, is_float64 = attribute.type == 2;
+  const bool follows =
+      attribute.name == "position" && attribute.components == 3 && (is_float32 || is_float64);
+  for (std::size_t c = 0; c < attribute.components; ++c) {
+    std::uint64_t word = 0;
+    for (std::size_t v = 0; v < count; ++v) {
+      if (follows)
+        word = is_float32 ? place_of_float<float, std::uint32_t>(
+                                static_cast<float>(store.positions[v][c]))
+                          : place_of_float<double, std::uint64_t>(store.positions[v][c]);
+      const std::uint64_t d = plane_number(content, c * width * count, count, width, v);
+      word = cut_to(width, word + signed_difference(d));
+      unsigned char* const to = &records[v * attribute.record_bytes + c * width];
+      if (is_float32) {
+        const auto number = float_at<float, std::uint32_t>(word);
+        std::memcpy(to, &number, 4);
+      } else if (is_float64) {
+        const auto number = float_at<double, std::uint64_t>(word);
+        std::memcpy(to, &number, 8);
+      } else {
+        std::memcpy(to, &word, width);
+      }
+    }
+  }
+  return records;
+}
+
 void read_base_mesh(Store& store, const std::filesystem::path& path, const BaseFigures& base) {
   const Bytes bytes = read_file(path);
   require(bytes.size() == base.bytes, "size of base.mesh");
   require(XXH3_64bits(bytes.data(), bytes.size()) == base.checksum, "checksum of base.mesh");
-  require(starts_with(bytes, "plaitmsh") && u32(bytes, 8) == 2, "header of base.mesh");
+  require(starts_with(bytes, "plaitmsh") && u32(bytes, 8) == 3, "header of base.mesh");
   const std::uint64_t vertex_count = u64(bytes, 16), face_count = u64(bytes, 24);
   require(vertex_count == base.vertices && face_count == base.faces, "V, F");
-  std::size_t frame = 32;
+  const std::uint32_t form = u32(bytes, 32);
+  const auto exponent = static_cast<std::int32_t>(u32(bytes, 36));
+  require(form == 3 ? exponent >= -1000 && exponent <= 900
+                    : (form == 1 || form == 2) && exponent == 0,
+          "form of positions");
+  const std::size_t width = form == 2 ? 8 : 4;
+  std::size_t frame = 40;
   const auto take_frame = [&](std::size_t size) {
     Bytes content(size);
     const std::size_t length = ZSTD_findFrameCompressedSize(&bytes.at(frame), bytes.size() - frame);
@@ -283,21 +362,11 @@ void read_base_mesh(Store& store, const std::filesystem::path& path, const BaseF
     frame += length;
     return content;
   };
-  Bytes content = take_frame(28 * vertex_count + 12 * face_count);
+  Bytes content = take_frame((4 + 3 * width) * vertex_count + 12 * face_count);
   // Number i of `count` numbers of `size` bytes whose planes begin at `offset`.
-  const auto in_planes = [&](std::size_t offset, std::size_t count, int size, std::size_t i) {
-    std::uint64_t value = 0;
-    for (int plane = size - 1; plane >= 0; --plane)
-      value = value << 8 | content.at(offset + static_cast<std::size_t>(plane) * count + i);
-    return value;
-  };
-  store.positions.resize(vertex_count);
-  for (std::size_t v = 0; v < vertex_count; ++v)
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint64_t bits = in_planes(8 * vertex_count * i, vertex_count, 8, v);
-      std::memcpy(&store.positions[v][i], &bits, 8);
-    }
-  const std::size_t codes = 24 * vertex_count, numbers = codes + 12 * face_count;
+  const auto in_planes = [&](std::size_t offset, std::size_t count, std::size_t size,
+                             std::size_t i) { return plane_number(content, offset, count, size, i); };
+  const std::size_t codes = 0, numbers = 12 * face_count, coordinates = numbers + 4 * vertex_count;
   std::vector<std::uint32_t> named;
   for (std::size_t f = 0; f < face_count; ++f) {
     std::array<std::uint32_t, 3> face{};
@@ -316,6 +385,22 @@ void read_base_mesh(Store& store, const std::filesystem::path& path, const BaseF
     store.faces.push_back(face);
   }
   require(named.size() == vertex_count, "vertices that faces name");
+  store.positions.resize(vertex_count);
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::uint64_t word = 0;
+    for (std::size_t place = 0; place < vertex_count; ++place) {
+      const std::uint64_t d =
+          in_planes(coordinates + i * width * vertex_count, vertex_count, width, place);
+      word = cut_to(width, word + signed_difference(d));
+      double& x = store.positions[named[place]][i];
+      if (form == 1)
+        x = float_at<float, std::uint32_t>(word);
+      else if (form == 2)
+        x = float_at<double, std::uint64_t>(word);
+      else
+        x = std::ldexp(static_cast<std::int32_t>(word), exponent);
+    }
+  }
   store.input_vertex_count = u32(bytes, 12) == 0 ? vertex_count : u32(bytes, 12);
   if (u32(bytes, 12) != 0) content = take_frame(4 * vertex_count + 4 * face_count);
   require(frame == bytes.size(), "end of base.mesh");
@@ -600,10 +685,13 @@ Store read_store(const std::filesystem::path& directory) {
   for (Attribute& attribute : store.attributes) {
     attribute.base =
         read_file(directory / fmt::format("attribute{}.base.{}", attribute.number, log.described));
-    require(attribute.base.size() == store.positions.size() * attribute.record_bytes,
-            "size of the base records");
+    require(attribute.base.size() == attribute.base_bytes, "size of the base records");
     require(XXH3_64bits(attribute.base.data(), attribute.base.size()) == attribute.base_checksum,
             "checksum of the base records");
+    if (attribute.base_bytes < store.positions.size() * attribute.record_bytes)
+      attribute.base = unpacked_base(store, attribute);
+    require(attribute.base.size() == store.positions.size() * attribute.record_bytes,
+            "size of the base records");
     for (const auto& piece : log.pieces)
       if (piece.attribute == attribute.number) {
         require(piece.first + piece.bytes.size() <= attribute.base.size(), "a piece of records");

@@ -29,7 +29,7 @@ struct Level {
 struct Attribute {
   std::string name, pipeline;
   std::uint32_t number, finest_level;
-  std::uint64_t base_checksum;
+  std::uint64_t base_bytes, base_checksum;
   std::vector<Level> described;  ///< [level - base level - 1]
   unsigned type, components;
   std::size_t record_bytes;

@@ -345,25 +345,31 @@ TEST_CASE("StoreOpen_BaseMeshForgedWithTheRightChecksum_IsRefused") {
   std::vector<std::byte> longer = file;
   longer.push_back(std::byte{0});
   CHECK(examine(longer) == Outcome::kRefused);
-  longer.insert(longer.end() - 1, file.begin() + 32, file.end());  // a second frame, and a byte
+  longer.insert(longer.end() - 1, file.begin() + 40, file.end());  // a second frame, and a byte
   CHECK(examine(longer) == Outcome::kRefused);
   CHECK(examine(file) == Outcome::kHarmless);
 
   const BaseMesh mesh = Store::open(victim.path(), {}, default_backends()).base();
   const std::uint64_t vertices = mesh.vertex_count(), faces = mesh.face_count();
-  const std::vector<std::byte> packed = pack_mesh(mesh);
+  const PositionWords words{PositionForm::kFloat64, 0};
+  const std::vector<std::byte> packed = pack_mesh(mesh, words);
   const auto forged = [&](const auto& change) {
     std::vector<std::byte> bytes = packed;
     change(std::span(bytes));
-    return examine(base_mesh_file(vertices, faces, bytes));
+    return examine(base_mesh_file(vertices, faces, words, bytes));
   };
   CHECK(forged([](auto) {}) == Outcome::kHarmless);
-  CHECK(examine(base_mesh_file(vertices, faces, std::span(packed).first(packed.size() - 1))) ==
-        Outcome::kRefused);
-  const std::size_t codes = 24 * vertices, numbers = codes + 12 * faces;
-  // The planes of the highest bytes of coordinates: exponents of NaN.
+  CHECK(examine(base_mesh_file(vertices, faces, words,
+                               std::span(packed).first(packed.size() - 1))) == Outcome::kRefused);
+  CHECK(refused(32, 0u));
+  CHECK(refused(32, 4u));
+  CHECK(refused(36, 901));
+  CHECK(refused(36, -1001));
+  const std::size_t codes = 0, numbers = 12 * faces, coordinates = numbers + 4 * vertices;
+  // The first x becomes the highest of all places: a NaN.
   CHECK(forged([&](auto bytes) {
-          std::ranges::fill(bytes.subspan(6 * vertices, 2 * vertices), std::byte{0xff});
+          for (std::size_t plane = 0; plane < 8; ++plane)
+            bytes[coordinates + plane * vertices] = plane == 0 ? std::byte{1} : std::byte{0};
         }) == Outcome::kRefused);
   // The planes of the lowest bytes of codes and numbers. A vertex too many, too few, too far
   // behind.

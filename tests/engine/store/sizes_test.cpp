@@ -83,12 +83,13 @@ struct ForgedStore {
 /// nothing, except for `noise` bytes of its positions.
 std::vector<std::byte> bomb(std::uint64_t faces, std::size_t noise = 0) {
   std::vector<std::byte> packed(28 * 3 * faces + 12 * faces);
+  const std::size_t numbers = 12 * faces, coordinates = numbers + 12 * faces;
   // Numbers 0, 1, 2, ...: the first difference is 0, all others are 1, stored as 2.
-  std::fill_n(packed.end() - static_cast<std::ptrdiff_t>(12 * faces) + 1, 3 * faces - 1,
+  std::fill_n(packed.begin() + static_cast<std::ptrdiff_t>(numbers) + 1, 3 * faces - 1,
               std::byte{2});
   std::mt19937 random(1);
-  std::generate_n(packed.begin(), noise, [&] { return static_cast<std::byte>(random()); });
-  return base_mesh_file(3 * faces, faces, packed);
+  std::generate_n(packed.begin() + static_cast<std::ptrdiff_t>(coordinates), noise, [&] { return static_cast<std::byte>(random()); });
+  return base_mesh_file(3 * faces, faces, {PositionForm::kFloat64, 0}, packed);
 }
 
 void forge_bomb(const ForgedStore& store, std::uint64_t faces) {
@@ -160,6 +161,12 @@ TEST_CASE("SizesOfAVersion_CountsThatNoMeshHas_AreRefused") {
 TEST_CASE("SizesOfBaseMeshAndRecords_ThatContradict_AreRefusedBeforeTheMeshIsMade") {
   const ForgedStore store;
   forge_bomb(store, 1'000'000);
+  const auto forge_record_bytes = [&](std::uint64_t bytes) {
+    forge_description(store.path(), [&](VersionDescription& version) {
+      version.attributes[0].base_bytes = bytes;
+    });
+  };
+  forge_record_bytes(36'000'000);
   // Whoever reads the mesh first finds it damaged.
   overwrite_byte(store.file("base.mesh"), 40, std::byte{0xa5});
   store.is_refused("attribute0.base.1", "144 bytes, expected 36000000");
@@ -170,8 +177,14 @@ TEST_CASE("SizesOfBaseMeshAndRecords_ThatContradict_AreRefusedBeforeTheMeshIsMad
     version.attributes[0].schema.components = 255;
   });
   std::filesystem::resize_file(store.file("attribute0.base.1"), 3'000'000 * 255ull * 8);
+  forge_record_bytes(3'000'000 * 255ull * 8);
   store.is_refused("attribute0.base.1", "are a hole");
   store.is_found("attribute0.base.1", "are a hole");
+  // A packed file takes as much memory.
+  std::filesystem::resize_file(store.file("attribute0.base.1"), 144);
+  forge_record_bytes(144);
+  store.is_refused("version.1", "packed base records of 5.70 GiB");
+  store.is_found("version.1", "packed base records of 5.70 GiB");
 }
 
 TEST_CASE("SizeOfABaseMesh_BeyondTheMemory_IsRefusedByName") {
