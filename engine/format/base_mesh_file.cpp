@@ -105,7 +105,8 @@ BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected,
   file.read_at(0, bytes);
   if (const std::uint64_t found = checksum_of(bytes); found != expected.checksum)
     throw refuse(fmt::format("checksum {:016x}, expected {:016x}", found, expected.checksum));
-  if (std::memcmp(bytes.data(), kMeshMagic, 8) != 0 || load<std::uint32_t>(bytes, 8) != kMeshVersion)
+  if (std::memcmp(bytes.data(), kMeshMagic, 8) != 0 ||
+      load<std::uint32_t>(bytes, 8) != kMeshVersion)
     throw refuse("expected the header of a base mesh");
   if (load<std::uint64_t>(bytes, 16) != vertex_count ||
       load<std::uint64_t>(bytes, 24) != face_count || vertex_count >= kNoId || face_count >= kNoId)
@@ -113,9 +114,8 @@ BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected,
                              face_count, load<std::uint64_t>(bytes, 16),
                              load<std::uint64_t>(bytes, 24)));
   std::span<const std::byte> frames = std::span<const std::byte>(bytes).subspan(kMeshHeaderBytes);
-  const PositionWords words{
-      static_cast<PositionForm>(load<std::uint32_t>(bytes, kFormOffset)),
-      static_cast<std::int32_t>(load<std::uint32_t>(bytes, kExponentOffset))};
+  const PositionWords words{static_cast<PositionForm>(load<std::uint32_t>(bytes, kFormOffset)),
+                            static_cast<std::int32_t>(load<std::uint32_t>(bytes, kExponentOffset))};
   if (!words.valid())
     throw refuse(fmt::format("positions in form {} with exponent {}, which no mesh has",
                              static_cast<std::uint32_t>(words.form), words.exponent));

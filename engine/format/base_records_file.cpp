@@ -123,8 +123,7 @@ std::optional<std::string> decode_base_records(const AttributeSchema& schema,
   std::string reason;
   const auto planes = take_frame(stored, records.size(), reason);
   if (!planes) return reason;
-  if (!stored.empty())
-    return fmt::format("{} bytes after the frame, expected none", stored.size());
+  if (!stored.empty()) return fmt::format("{} bytes after the frame, expected none", stored.size());
   const std::size_t record_bytes = schema.record_bytes(), count = records.size() / record_bytes;
   with_words(schema.type, [&]<class Words>(Words) {
     using Word = typename Words::Of;

@@ -9,7 +9,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// Faster than a disk. Small meshes, which are packed in no time, are a larger part of their stores.
+/// Faster than a disk. Small meshes, which are packed in no time, are a larger part of their
+/// stores.
 constexpr int kZstdLevel = 3, kZstdLevelOfSmall = 19;
 constexpr std::size_t kSmallBytes = 512u << 10;
 /// A block of a zstd frame takes 4 bytes at least and gives this number at most.

@@ -99,8 +99,7 @@ PositionWords words_of(std::span<const Vector3<double>> positions) {
   for (const Vector3<double>& position : positions)
     for (const auto coordinate : kCoordinates) {
       const double x = position.*coordinate;
-      fit_float32 &= std::isfinite(x) &&
-                     std::abs(x) <= double{std::numeric_limits<float>::max()} &&
+      fit_float32 &= std::isfinite(x) && std::abs(x) <= double{std::numeric_limits<float>::max()} &&
                      double{static_cast<float>(x)} == x;
       whole &= std::isfinite(x) && !(x == 0 && std::signbit(x));
       if (!whole || x == 0) continue;
@@ -114,8 +113,7 @@ PositionWords words_of(std::span<const Vector3<double>> positions) {
 
 std::vector<std::byte> pack_mesh(const BaseMesh& mesh, PositionWords words) {
   const Planes<std::uint32_t> corners(3 * mesh.face_count()), numbers(mesh.vertex_count());
-  std::vector<std::byte> packed(
-      packed_mesh_bytes(mesh.vertex_count(), mesh.face_count(), words));
+  std::vector<std::byte> packed(packed_mesh_bytes(mesh.vertex_count(), mesh.face_count(), words));
   std::byte* const to = packed.data();
   const std::span<const std::array<VertexId, 3>> faces = mesh.faces();
   std::byte* const to_numbers = to + corners.bytes();

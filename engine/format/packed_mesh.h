@@ -23,9 +23,9 @@ struct PositionWords {
 
   /// Whether there are such words. Of kWhole, each number is finite then.
   constexpr bool valid() const {
-    return form == PositionForm::kWhole
-               ? exponent >= kLeastExponent && exponent <= kMostExponent
-               : exponent == 0 && (form == PositionForm::kFloat32 || form == PositionForm::kFloat64);
+    return form == PositionForm::kWhole ? exponent >= kLeastExponent && exponent <= kMostExponent
+                                        : exponent == 0 && (form == PositionForm::kFloat32 ||
+                                                            form == PositionForm::kFloat64);
   }
   constexpr std::uint64_t bytes() const { return form == PositionForm::kFloat64 ? 8 : 4; }
 

@@ -36,8 +36,8 @@ struct AttributeRecord {
   AttributeSchema schema;
   std::uint32_t number = 0;  ///< in file names and checksums; each number is used only once
   std::uint64_t base_bytes = 0, base_checksum = 0;  ///< of the file with the base records
-  LevelPipelines pipeline = {};           ///< of levels that are added later
-  std::vector<LevelRecord> levels;        ///< [level - base level - 1]
+  LevelPipelines pipeline = {};                     ///< of levels that are added later
+  std::vector<LevelRecord> levels;                  ///< [level - base level - 1]
   std::optional<Rounding> rounding = {};  ///< of the records of all levels; nothing if exact
 };
 

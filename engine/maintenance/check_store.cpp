@@ -96,14 +96,15 @@ class StructureCheck {
     for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
       const AttributeRecord& attribute = description_.attributes[at];
       if (log_known)
-        check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
-                    attribute.schema.name, StoredSize{attribute.base_bytes, attribute.base_checksum}),
-              [&] {
-                if (mesh_known)
-                  version_.read_base_records(attribute, result_.base);
-                else
-                  version_.check_base_file(attribute);
-              });
+        check(
+            named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
+                  attribute.schema.name, StoredSize{attribute.base_bytes, attribute.base_checksum}),
+            [&] {
+              if (mesh_known)
+                version_.read_base_records(attribute, result_.base);
+              else
+                version_.check_base_file(attribute);
+            });
       for (StoredLevel& level : levels)
         if (level.attribute != at)
           continue;

@@ -94,8 +94,8 @@ class StoredVersion {
   EdgeShards shards() const;
   /// The bytes that version.S would have with these tables.
   std::vector<std::byte> version_file_with(std::span<const BlockTable* const> tables) const;
-  /// Reads the base records of an attribute in the description. Of `base`, it reads the positions if
-  /// the records are packed and follow them. Errors: kNotFound, kCorruption, kIo.
+  /// Reads the base records of an attribute in the description. Of `base`, it reads the positions
+  /// if the records are packed and follow them. Errors: kNotFound, kCorruption, kIo.
   ZeroedArray<std::byte> read_base_records(const AttributeRecord& attribute,
                                            const BaseMesh& base) const;
   /// Throws unless the file with these records has its size and checksum. Errors: likewise.

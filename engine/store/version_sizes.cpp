@@ -139,8 +139,7 @@ void refuse_holes(const Directory& store, const VersionDescription& description,
   std::uint64_t unpacked = 0;  // packed records take as much memory as others
   for (const AttributeRecord& attribute : description.attributes) {
     names.push_back(base_file_name(attribute.number, sequence));
-    unpacked +=
-        description.vertex_count * attribute.schema.record_bytes() - attribute.base_bytes;
+    unpacked += description.vertex_count * attribute.schema.record_bytes() - attribute.base_bytes;
   }
   std::uint64_t bytes = unpacked;
   for (const std::string& name : names) bytes += size_of(store, name).value_or(0);

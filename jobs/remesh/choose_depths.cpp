@@ -48,8 +48,8 @@ BaseMesh choose_depths(Store& all_levels, const SampledSurface& surface, WorkPar
     ++report.depth_trials;
     report.tolerance = search.tolerance();
     report.prune_seconds += clock.seconds();
-    const double found = measure(drawn_triangles(surface, base), now.of(kDepthsStore),
-                                 now.of(kDepthsScan));
+    const double found =
+        measure(drawn_triangles(surface, base), now.of(kDepthsStore), now.of(kDepthsScan));
     // All levels were near enough.
     if (found <= limit || search.tolerance() == 0) break;
     search.next(found);

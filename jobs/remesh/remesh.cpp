@@ -261,8 +261,8 @@ void ScanRun::write_store(const std::filesystem::path& path) {
     StoreAccess::set_rounding(store, store.attribute("position"), report_.rounding);
   // What a later rounding may add to (plait tune).
   if (request_.report_samples > 0)
-    store.notes().set_text(kRemeshRms,
-                           fmt::format("{:.9g}", std::max(report_.to_store.rms, report_.to_scan.rms)));
+    store.notes().set_text(
+        kRemeshRms, fmt::format("{:.9g}", std::max(report_.to_store.rms, report_.to_scan.rms)));
   store.commit();
   report_.backend = store.options().backend;
   report_.stored_bytes = store.info().stored_bytes;

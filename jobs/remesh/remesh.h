@@ -116,9 +116,9 @@ struct RemeshReport {
 
 /// Makes the store: attribute "position" (3 x float32 or float64) on all levels, at points of the
 /// scan, the vertex attributes of a PLY file there (remesh/scan_attributes.h), and "turned"
-/// (uint8): 1 at the corners of small triangles that stay turned over, 0 elsewhere. With distances in the report,
-/// the text "remesh-rms" has the larger root of the mean square, in units of the scan. After an error
-/// there is no new store.
+/// (uint8): 1 at the corners of small triangles that stay turned over, 0 elsewhere. With distances
+/// in the report, the text "remesh-rms" has the larger root of the mean square, in units of the
+/// scan. After an error there is no new store.
 ///
 /// Progress counts thousandths of the whole work; there are no other steps. It is told about
 /// every half second or more often, but for reading and repairing large files.

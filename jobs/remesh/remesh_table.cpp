@@ -29,9 +29,9 @@ std::optional<ErrorBound> bound_of_positions(const ErrorBounds& bounds) {
 
 JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
   request.max_error = bound_of_positions(error_bounds_of(request.max_error_texts));
-  request.options.pipeline_of = pipelines_of(compression_of(request.compress),
-                                             request.max_error.has_value(), request.options.backend,
-                                             call.backends);
+  request.options.pipeline_of =
+      pipelines_of(compression_of(request.compress), request.max_error.has_value(),
+                   request.options.backend, call.backends);
   request.options.parallel_for = call.parallel_for;
   const RemeshReport report = remesh(request, call.backends, call.watch);
   JobReport json = {{"scan", request.scan.string()},

@@ -30,8 +30,7 @@ Rounding round_all(std::vector<Point>& positions, std::size_t base_count,
                    const AttributeSchema& schema, const ErrorBound& bound) {
   std::vector<Vector3<Real>> records;
   for (const Point& p : positions)
-    records.push_back(
-        {static_cast<Real>(p.x), static_cast<Real>(p.y), static_cast<Real>(p.z)});
+    records.push_back({static_cast<Real>(p.x), static_cast<Real>(p.y), static_cast<Real>(p.z)});
   std::vector<Vector3<Real>> base(records.begin(),
                                   records.begin() + static_cast<std::ptrdiff_t>(base_count));
   const double unit = power_of_two_within(Rounder(schema, bound, bytes_of(base)).step());

@@ -1,8 +1,8 @@
 // A file base.mesh with the right checksum. If the reader accepts it, the mesh is exactly the mesh
 // in the bytes.
 //
-// Input: a byte, V and F of the description; then the file, or, if the byte is odd, form and exponent
-// of the positions and the content of the frame.
+// Input: a byte, V and F of the description; then the file, or, if the byte is odd, form and
+// exponent of the positions and the content of the frame.
 #include "format/base_mesh_file.h"
 
 #include "format/checksum.h"

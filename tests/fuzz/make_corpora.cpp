@@ -207,8 +207,8 @@ void seed_base_meshes() {
   seed("base_mesh_file", "file", counts(false, 6, 8) + file);
   seed("base_mesh_file", "many_vertices", counts(true, 0x80000000, 8) + text(content));
   seed("base_mesh_file", "triangle",
-       counts(true, 3, 1) + std::string(12, '\0') +
-           std::string("\0\2\2\0\0\0\0\0\0\0\0\0", 12) + std::string(36, '\0'));
+       counts(true, 3, 1) + std::string(12, '\0') + std::string("\0\2\2\0\0\0\0\0\0\0\0\0", 12) +
+           std::string(36, '\0'));
   const auto in_form = [](PositionForm form, std::uint32_t exponent, std::size_t coordinates) {
     return number(std::uint8_t{1}) + number(std::uint32_t{3}) + number(std::uint32_t{1}) +
            number(static_cast<std::uint32_t>(form)) + number(exponent) + std::string(12, '\0') +
@@ -218,8 +218,7 @@ void seed_base_meshes() {
   seed("base_mesh_file", "float64", in_form(PositionForm::kFloat64, 0, 72));
   seed("base_mesh_file", "whole", in_form(PositionForm::kWhole, 0xfffffc18, 36));
   seed("base_mesh_file", "no_form", in_form(PositionForm{4}, 0, 36));
-  seed("base_mesh_file", "vertex_twice",
-       counts(true, 3, 1) + std::string(12 + 12 + 36, '\0'));
+  seed("base_mesh_file", "vertex_twice", counts(true, 3, 1) + std::string(12 + 12 + 36, '\0'));
 }
 
 void seed_base_records() {

@@ -81,8 +81,7 @@ TEMPLATE_TEST_CASE("Remesh_MaxError_MovesNoCoordinateFartherAndConvertChangesNot
     conversion.max_errors.add(text);
     conversion.existing = Existing::kReplace;
     const ConversionResult converted = convert(conversion, default_backends(), default_backends());
-    CHECK(converted.roundings.at("position").largest_error ==
-          report.rounding->largest_error);
+    CHECK(converted.roundings.at("position").largest_error == report.rounding->largest_error);
     Store copy = Store::open(conversion.to, {}, default_backends());
     CHECK(digest(copy).to_string() == report.digest);
   }

@@ -27,7 +27,9 @@ std::optional<std::uint64_t> committed_key(const Store::Implementation& state,
     std::vector<const BlockTable*> tables;
     for (const StoredLevel& level : levels)
       if (level.number == number) tables.push_back(&level.table);
-    return bounds_key(state.uuid, number, attribute.base_checksum, tables);
+    // The file may be packed.
+    const ZeroedArray<std::byte> records = version.read_base_records(attribute, state.base);
+    return bounds_key(state.uuid, number, checksum_of(records), tables);
   }
   return std::nullopt;
 }

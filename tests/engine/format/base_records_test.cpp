@@ -33,7 +33,8 @@ Bytes smooth_records(const AttributeSchema& schema, std::size_t count) {
   Bytes bytes(count * schema.record_bytes());
   for (std::size_t v = 0; v < count; ++v)
     for (std::uint32_t c = 0; c < schema.components; ++c) {
-      const std::size_t width = component_bytes(schema.type), at = v * schema.record_bytes() + c * width;
+      const std::size_t width = component_bytes(schema.type),
+                        at = v * schema.record_bytes() + c * width;
       const float narrow = 1 + static_cast<float>(v + c) / 4096;
       const double wide = 1 + static_cast<double>(v + c) / 4096;
       const std::uint64_t whole = 3 * v + c;

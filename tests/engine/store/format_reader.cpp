@@ -308,8 +308,8 @@ Bytes unpacked_base(const Store& store, const Attribute& attribute) {
   require(ZSTD_findFrameCompressedSize(attribute.base.data(), attribute.base.size()) ==
                   attribute.base.size() &&
               ZSTD_getFrameContentSize(attribute.base.data(), attribute.base.size()) == size &&
-              ZSTD_decompress(content.data(), size, attribute.base.data(),
-                              attribute.base.size()) == size,
+              ZSTD_decompress(content.data(), size, attribute.base.data(), attribute.base.size()) ==
+                  size,
           "frame of base records");
   const bool is_float32 = attribute.type == 1, is_float64 = attribute.type == 2;
   const bool follows =
@@ -318,9 +318,9 @@ Bytes unpacked_base(const Store& store, const Attribute& attribute) {
     std::uint64_t word = 0;
     for (std::size_t v = 0; v < count; ++v) {
       if (follows)
-        word = is_float32 ? place_of_float<float, std::uint32_t>(
-                                static_cast<float>(store.positions[v][c]))
-                          : place_of_float<double, std::uint64_t>(store.positions[v][c]);
+        word = is_float32
+                   ? place_of_float<float, std::uint32_t>(static_cast<float>(store.positions[v][c]))
+                   : place_of_float<double, std::uint64_t>(store.positions[v][c]);
       const std::uint64_t d = plane_number(content, c * width * count, count, width, v);
       word = cut_to(width, word + signed_difference(d));
       unsigned char* const to = &records[v * attribute.record_bytes + c * width];
@@ -347,9 +347,9 @@ void read_base_mesh(Store& store, const std::filesystem::path& path, const BaseF
   require(vertex_count == base.vertices && face_count == base.faces, "V, F");
   const std::uint32_t form = u32(bytes, 32);
   const auto exponent = static_cast<std::int32_t>(u32(bytes, 36));
-  require(form == 3 ? exponent >= -1000 && exponent <= 900
-                    : (form == 1 || form == 2) && exponent == 0,
-          "form of positions");
+  require(
+      form == 3 ? exponent >= -1000 && exponent <= 900 : (form == 1 || form == 2) && exponent == 0,
+      "form of positions");
   const std::size_t width = form == 2 ? 8 : 4;
   std::size_t frame = 40;
   const auto take_frame = [&](std::size_t size) {
@@ -365,7 +365,9 @@ void read_base_mesh(Store& store, const std::filesystem::path& path, const BaseF
   Bytes content = take_frame((4 + 3 * width) * vertex_count + 12 * face_count);
   // Number i of `count` numbers of `size` bytes whose planes begin at `offset`.
   const auto in_planes = [&](std::size_t offset, std::size_t count, std::size_t size,
-                             std::size_t i) { return plane_number(content, offset, count, size, i); };
+                             std::size_t i) {
+    return plane_number(content, offset, count, size, i);
+  };
   const std::size_t codes = 0, numbers = 12 * face_count, coordinates = numbers + 4 * vertex_count;
   std::vector<std::uint32_t> named;
   for (std::size_t f = 0; f < face_count; ++f) {

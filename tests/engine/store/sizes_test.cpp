@@ -88,7 +88,8 @@ std::vector<std::byte> bomb(std::uint64_t faces, std::size_t noise = 0) {
   std::fill_n(packed.begin() + static_cast<std::ptrdiff_t>(numbers) + 1, 3 * faces - 1,
               std::byte{2});
   std::mt19937 random(1);
-  std::generate_n(packed.begin() + static_cast<std::ptrdiff_t>(coordinates), noise, [&] { return static_cast<std::byte>(random()); });
+  std::generate_n(packed.begin() + static_cast<std::ptrdiff_t>(coordinates), noise,
+                  [&] { return static_cast<std::byte>(random()); });
   return base_mesh_file(3 * faces, faces, {PositionForm::kFloat64, 0}, packed);
 }
 
