@@ -93,6 +93,9 @@ std::string remesh_text(const Json& report) {
     text += distances_text("scan to store", report["scan_to_store"], diagonal, mean_edge);
     text += distances_text("store to scan", report["store_to_scan"], diagonal, mean_edge);
   }
+  if (report.contains("max_error"))
+    for (const auto& [name, rounding] : report["max_error"].items())
+      text += fmt::format("{}: {}\n", name, rounding_text(rounding));
   text += fmt::format("{}: {}, {}, {:.2f} s\n", report["store"].get<std::string>(),
                       report["backend"].get<std::string>(),
                       format_bytes(report["stored_bytes"].get<std::uint64_t>()),
@@ -131,6 +134,11 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "those "
            "of\n"
            "the nearest vertex.\n"
+           "--max-error 1e-5 rounds positions, those of the base mesh too, so that no coordinate "
+           "changes\n"
+           "by more than 1e-5, and 1e-6rel by more than a millionth of the diagonal; the report is "
+           "of rounded\n"
+           "ones.\n"
            "With --max-distance each face keeps its levels up to a depth of its own, as with plait "
            "prune,\n"
            "and what is drawn is measured against the scan; --depth uniform keeps all levels.\n"
@@ -142,7 +150,8 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "--fill-holes "
            "50\n"
            "  plait remesh scan.ply scan.plait --faces 10000 --no-foldover --json\n"
-           "  plait remesh scan.ply small.plait --faces 10000 --compress default\n"
+           "  plait remesh scan.ply small.plait --faces 10000 --compress small --max-error "
+           "1e-5rel\n"
            "  plait compare scan.ply scan.plait\n"
            "  plait remesh scan.ply scan.plait --faces 10000 --distances --force\n"
            "  plait render scan.plait distance.png --color-by distance",

@@ -166,7 +166,7 @@ std::optional<std::string> rounding_offer(const Store& store) {
     return std::nullopt;
   return fmt::format(
       "the store is {} from its scan (root mean square): rounding positions by --max-error {:.2g} "
-      "would make that 1 % more, and saves more than any choice here",
+      "would make that 1 % more, and may save more than any choice here",
       noted->second, kOfRemeshRms * rms);
 }
 

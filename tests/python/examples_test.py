@@ -133,3 +133,12 @@ def test_box_is_drawn(sphere, tmp_path, monkeypatch, capsys):
     import matplotlib.image
     pixels = matplotlib.image.imread(picture)
     assert pixels.shape[:2] == (600, 600) and pixels.std() > 0.02
+
+
+def test_gear_is_a_closed_part_whose_edges_stay_sharp(tmp_path, monkeypatch, capsys):
+    run(monkeypatch, capsys, "gear.py", tmp_path / "gear.ply")
+    report = plait.remesh(tmp_path / "gear.ply", tmp_path / "gear.plait", 1000, 1, samples=0)
+    assert report["scan_figures"]["faces"] == 46080 and report["scan_figures"]["borders"] == 0
+    # A tooth has 4 corners below and 4 above; an edge up from each, and around the rims and the hole.
+    assert report["crease_corners"] == 16 * 8
+    assert report["base_figures"]["faces"] == 1000

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "plait/mesh_io.h"
@@ -66,6 +67,32 @@ TEST_CASE("Tune_OfAStore_ReportsAndLeavesNothing") {
   CHECK(report["command"].get<std::string>().starts_with("plait convert s.plait OUT --"));
   CHECK(names_in(here.directory.path()) == std::vector<std::string>{"mesh.ply", "s.plait"});
   CHECK(here.plait({"digest", "s.plait"}).last_line() == digest);
+}
+
+TEST_CASE("Tune_OfAScansStore_OffersAQuarterOfItsDistanceAsABound_UnlessItIsRounded") {
+  const Workplace here;
+  write_ply(here.path("scan.ply"), random_sphere(7, 2000));
+  const auto offers = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"remesh", "scan.ply", "s.plait", "--faces",
+                                          "100",    "--force",  "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome made = here.plait(arguments);
+    REQUIRE(made.status == 0);
+    const nlohmann::json report = made.json();
+    const Outcome outcome = here.plait({"tune", "s.plait", "--seconds", "0.1", "--json"});
+    REQUIRE(outcome.status == 0);
+    const std::string doubts = outcome.json()["doubts"].dump();
+    constexpr std::string_view kOption = "--max-error ";
+    const std::size_t at = doubts.find(kOption);
+    if (at == std::string::npos) return false;
+    const double rms = std::max(report["scan_to_store"]["rms"].get<double>(),
+                                report["store_to_scan"]["rms"].get<double>());
+    CHECK(std::stod(doubts.substr(at + kOption.size())) == Approx(rms / 4).epsilon(0.06));
+    return true;
+  };
+  CHECK(offers({}));
+  CHECK_FALSE(offers({"--max-error", "1e-5rel"}));
+  CHECK_FALSE(offers({"--samples", "0"}));
 }
 
 TEST_CASE("Tune_WithoutTimeForARound_AdvisesOfThePresets_AndSaysSo") {
