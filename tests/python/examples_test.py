@@ -137,8 +137,8 @@ def test_box_is_drawn(sphere, tmp_path, monkeypatch, capsys):
 
 def test_gear_is_a_closed_part_whose_edges_stay_sharp(tmp_path, monkeypatch, capsys):
     run(monkeypatch, capsys, "gear.py", tmp_path / "gear.ply")
-    report = plait.remesh(tmp_path / "gear.ply", tmp_path / "gear.plait", 1000, 1, samples=0)
-    assert report["scan_figures"]["faces"] == 46080 and report["scan_figures"]["borders"] == 0
-    # A tooth has 4 corners below and 4 above; an edge up from each, and around the rims and the hole.
-    assert report["crease_corners"] == 16 * 8
-    assert report["base_figures"]["faces"] == 1000
+    made = plait.remesh(tmp_path / "gear.ply", tmp_path / "gear.plait", 1000, 2, samples=100000)
+    assert made.scan_faces == 46080 and made.base_faces == 1000 and made.turned_faces == 0
+    assert made.scan_to_store_rms < 6e-5 * made.diagonal
+    round_edges = plait.remesh(tmp_path / "gear.ply", tmp_path / "round.plait", 1000, 2, feature_angle="none")
+    assert made.scan_to_store_rms < round_edges.scan_to_store_rms / 2
