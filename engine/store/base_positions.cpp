@@ -10,6 +10,7 @@
 #include "base/default_arithmetic.h"
 #include "mesh/mesh_region.h"
 #include "plait/error.h"
+#include "plait/extend/store_access.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -23,7 +24,8 @@ std::span<const Vector3<double>> positions_of(const BaseMesh& mesh) {
 template <class Real>
 void fill_base(Store& store) {
   const AttributeId position = store.add_attribute(schema_of<Vector3<Real>>("position"));
-  const std::span<Vector3<Real>> records = store.base_records<Vector3<Real>>(position);
+  const std::span<Vector3<Real>> records =
+      StoreAccess::base_records<Vector3<Real>>(store, position);
   const std::span<const Vector3<double>> positions = positions_of(store.base());
   const VerticesAtHand vertices = placed_vertices(store.base());
   for (std::size_t at = 0; at < vertices.size(); ++at) {

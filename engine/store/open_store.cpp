@@ -322,7 +322,10 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   hold_versions();
   read_version(version, wanted.writable ? OpenMode::kReadWrite : OpenMode::kRead);
   held.clear();
-  if (writable) note_committed();
+  if (writable) {
+    find_changed_records();
+    note_committed();
+  }
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {

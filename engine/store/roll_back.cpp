@@ -64,7 +64,10 @@ void Store::roll_back() try {
     state.provenance = state.first_provenance;
     state.next_number = 0;
   }
-  if (state.sequence > 0) state.note_committed();
+  if (state.sequence > 0) {
+    state.find_changed_records();
+    state.note_committed();
+  }
 } catch (const std::bad_alloc&) {
   throw out_of_memory("roll back " + state().name());
 }

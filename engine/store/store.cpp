@@ -118,7 +118,13 @@ const std::optional<Rounding>& StoreAccess::rounding(const Store& store, Attribu
 }
 
 std::span<std::byte> Store::base_bytes(AttributeId attribute) {
-  return StoreAccess::base_bytes(*this, attribute, Access::kUpdate);
+  const std::span<std::byte> bytes = StoreAccess::base_bytes(*this, attribute, Access::kUpdate);
+  StoreAccess::lend_base_records(*this, attribute);
+  return bytes;
+}
+
+void StoreAccess::lend_base_records(Store& store, AttributeId attribute) {
+  attribute_of(store.state(), attribute).base_changes.are_lent = true;
 }
 
 std::span<std::byte> StoreAccess::base_bytes(Store& store, AttributeId attribute, Access access) {
@@ -138,6 +144,7 @@ std::span<std::byte> StoreAccess::base_bytes(Store& store, AttributeId attribute
                         "encoded from these records, found some in {}; a const Store gives "
                         "records to read",
                         state.infos[attribute].schema.name, state.name(), level->path.native()));
+  data.base_changes.may_have_some = true;
   return data.base_bytes;
 }
 
@@ -184,27 +191,39 @@ void StoreAccess::check_type(const Store& store, AttributeId attribute, Componen
   store.check_type(attribute, type, components);
 }
 
+void Store::Implementation::find_changed_records() {
+  for (Attribute& attribute : attributes)
+    if (attribute.base_changes.must_be_looked_for())
+      attribute.piece_checksums_now = checksums_of_pieces(attribute.base_bytes);
+  for (FaceAttribute& attribute : face_attributes)
+    if (attribute.changes.must_be_looked_for())
+      attribute.checksum_now = checksum_of(attribute.bytes);
+}
+
 bool Store::Implementation::has_changes() const {
   if (changed || sequence == 0 || pager->statistics().blocks_written != blocks_at_commit)
     return true;
-  // A program may write to records of base vertices and faces that it got before the last commit.
   return std::ranges::any_of(attributes,
                              [](const Attribute& attribute) {
-                               return checksums_of_pieces(attribute.base_bytes) !=
-                                      attribute.piece_checksums;
+                               return attribute.piece_checksums_now != attribute.piece_checksums;
                              }) ||
          std::ranges::any_of(face_attributes, [](const FaceAttribute& attribute) {
-           return checksum_of(attribute.bytes) != attribute.checksum;
+           return attribute.checksum_now != attribute.checksum;
          });
 }
 
 void Store::Implementation::note_committed() {
   changed = false;
   blocks_at_commit = pager->statistics().blocks_written;
-  for (Attribute& attribute : attributes)
-    attribute.piece_checksums = checksums_of_pieces(attribute.base_bytes);
-  for (FaceAttribute& attribute : face_attributes)
-    attribute.checksum = checksum_of(attribute.bytes);
+  for (Attribute& attribute : attributes) {
+    if (attribute.base_changes.must_be_looked_for())
+      attribute.piece_checksums = attribute.piece_checksums_now;
+    attribute.base_changes.may_have_some = false;
+  }
+  for (FaceAttribute& attribute : face_attributes) {
+    attribute.checksum = attribute.checksum_now;
+    attribute.changes.may_have_some = false;
+  }
 }
 
 void Store::commit() try {
@@ -236,6 +255,7 @@ void Store::commit() try {
   finish_encoding();
   try {
     state.pager->flush();
+    state.find_changed_records();
     if (!state.has_changes()) return;
     if (state.on_disk())
       state.write_version();

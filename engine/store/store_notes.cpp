@@ -89,6 +89,7 @@ std::span<std::byte> StoreNotes::face_bytes(std::string_view name,
   const std::size_t at = face_attribute_of(state, name, type);
   begin_change(state, Change::kRecords,
                "change face records (a const Store gives them to read) of");
+  state.face_attributes[at].changes.are_lent = true;
   return state.face_attributes[at].bytes;
 }
 

@@ -32,10 +32,19 @@ class GenerationVolume;
 struct MemorySnapshot;
 
 struct Store::Implementation {
+  /// Who may have changed records in memory since the last commit.
+  struct Changes {
+    bool may_have_some = true;  ///< a pass had them to write, or they are new
+    bool are_lent = false;      ///< a program has their address, and writes to them when it likes
+    bool must_be_looked_for() const { return may_have_some || are_lent; }
+  };
+
   struct Attribute {
     AttributeRecord record;  ///< its schema is in `infos`
     ZeroedArray<std::byte> base_bytes;
-    std::vector<std::uint64_t> piece_checksums = {};  ///< of `base_bytes` at the last commit
+    Changes base_changes = {};
+    /// Of `base_bytes`: at the last commit, and when find_changed_records() looked.
+    std::vector<std::uint64_t> piece_checksums = {}, piece_checksums_now = {};
     /// Whether `base_bytes` are finished. Stays where it is: passes keep its address.
     std::unique_ptr<WrittenRecords> base_written = std::make_unique<WrittenRecords>();
     /// Only a replacement: the name that it gets in the end. Until then it has one that no program
@@ -56,6 +65,8 @@ struct Store::Implementation {
     std::uint32_t number = 0;
     std::uint64_t checksum = 0;  ///< of the bytes at the last commit
     std::vector<std::byte> bytes;
+    Changes changes = {};
+    std::uint64_t checksum_now = checksum;  ///< when find_changed_records() looked
   };
 
   Implementation() = default;
@@ -103,8 +114,12 @@ struct Store::Implementation {
   void note_missing_locks();
   /// Tells options.events how long it took.
   void tell(StoreEvent::Kind kind, const Stopwatch& watch) const noexcept;
-  /// Whether anything differs from the last commit. REQUIRES: the pager has written all blocks.
+  /// Computes checksums of base records and face records that may have changed.
+  void find_changed_records();
+  /// Whether anything differs from the last commit. REQUIRES: the pager has written all blocks, and
+  /// find_changed_records() has looked.
   bool has_changes() const;
+  /// REQUIRES: find_changed_records() has looked.
   void note_committed();
   /// Takes levels out of the store. What the last commit of a store in memory has of them is kept.
   void retire(std::vector<std::unique_ptr<LevelFile>> levels);

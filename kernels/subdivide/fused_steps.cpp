@@ -12,6 +12,7 @@
 #include "mesh/mesh_region.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/fused.h"
+#include "plait/extend/store_access.h"
 #include "schemes/one_ring_steps.h"
 #include "subdivide/steps.h"
 
@@ -41,7 +42,8 @@ void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, Attri
   Store& store = run.store;
   const SubdivideOptions& options = run.options;
   const int levels = finest(store, options).refinements;
-  const std::span<Vector3<Real>> base = store.base_records<Vector3<Real>>(run.position);
+  const std::span<Vector3<Real>> base =
+      StoreAccess::base_records<Vector3<Real>>(store, run.position);
   // The patches read the base mesh until the last one is done, so the results are separate arrays.
   ZeroedArray<Vector3<Real>> positions(base.size()), limits(options.limit ? base.size() : 0);
 
@@ -49,7 +51,8 @@ void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, Attri
   const std::vector<Vector3<Real>> middles =
       first_middles(rule, mesh, std::span<const Vector3<Real>>(base));
   SurfaceRefinement<Rule> refinement{{rule, mesh, base, levels, middles}, {positions, limits, {}}};
-  if (normal != kNoId) refinement.results.normals = store.base_records<Vector3<float>>(normal);
+  if (normal != kNoId)
+    refinement.results.normals = StoreAccess::base_records<Vector3<float>>(store, normal);
 
   BaseRings<Rule> hubs(refinement.source);
   hubs.evaluate_hubs(BaseRings<Rule>::find_hubs(store.base()));

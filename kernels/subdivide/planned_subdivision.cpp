@@ -99,7 +99,8 @@ PlannedSubdivision::PlannedSubdivision(Store& store, const SubdivideOptions& opt
     for (int level = store.base_level() + 1; level <= first_level_; ++level)
       check_not_fixed(StoreAccess::level_file(store, position_, level));
   if (options.limit || moves_even)
-    store.base_bytes(position_);  // refuses records that other blocks are encoded from
+    // Refuses records that other blocks are encoded from.
+    static_cast<void>(StoreAccess::base_bytes(store, position_, Access::kUpdate));
 }
 
 void PlannedSubdivision::take(ExecutorKind executor) {

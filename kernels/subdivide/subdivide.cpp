@@ -122,7 +122,7 @@ class Work {
         if (level > first_level())
           sweeps() ? move_even(run_, rule_, level) : move_even_transparent(run_, rule_, level);
         move_base_vertices(store().base().topology(), run_.rings, rule_,
-                           store().template base_records<Record>(position));
+                           StoreAccess::base_records<Record>(store(), position));
       }
     unfinished_.finish();
     const StorePass pause(std::as_const(store()), StorePass::Kind::kPause);
@@ -142,11 +142,12 @@ class Work {
     const Topology mesh = store().base().topology();
     const auto base = std::as_const(store()).template base_records<Record>(run_.position);
     if (normal != kNoId)
-      normals::base(mesh, run_.rings, base, store().template base_records<Vector3<float>>(normal));
+      normals::base(mesh, run_.rings, base,
+                    StoreAccess::base_records<Vector3<float>>(store(), normal));
     if constexpr (Rule::kRingCount == 1)
       if (limit != kNoId)
         limit_base_vertices(mesh, run_.rings, rule_, base,
-                            store().template base_records<Record>(limit));
+                            StoreAccess::base_records<Record>(store(), limit));
     // From the last one on, because naming one may move those after it.
     if (limit != kNoId) StoreAccess::name_replacement(store(), limit);
     if (normal != kNoId) StoreAccess::name_replacement(store(), normal);

@@ -41,6 +41,7 @@ void PinnedPatch::activate(int readable, int first_writable, int last_writable) 
   StoreAccess::refuse_depths(*store_, "walk over the patches of", readable);
   changes_base_records_ =
       changes_base_records_ || first_writable <= std::min(base_level, last_writable);
+  if (changes_base_records_) StoreAccess::lend_base_records(*store_, attribute_);
   const auto access = [&](int level) {
     return level >= first_writable && level <= last_writable ? Access::kUpdate : Access::kRead;
   };

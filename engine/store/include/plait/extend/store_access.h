@@ -96,7 +96,17 @@ class StoreAccess {
   static WrittenRecords& base_records_of(Store& store, AttributeId attribute);
   /// The base records for a pass that writes them: Store::base_bytes(), which with kOverwrite are
   /// also given if they are unfinished.
+  /// The pass writes to them before the next commit only.
   static std::span<std::byte> base_bytes(Store& store, AttributeId attribute, Access access);
+  template <class Record>
+  static std::span<Record> base_records(Store& store, AttributeId attribute) {
+    store.check_type(attribute, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents);
+    const std::span<std::byte> bytes = base_bytes(store, attribute, Access::kUpdate);
+    return {reinterpret_cast<Record*>(bytes.data()), bytes.size() / sizeof(Record)};
+  }
+  /// A program writes to base records when it likes, also after a commit: each commit compares
+  /// them.
+  static void lend_base_records(Store& store, AttributeId attribute);
 
   /// The levels of an attribute that a work will make: of attribute `id`, or of one that it adds
   /// (kNoId).
