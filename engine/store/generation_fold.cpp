@@ -2,12 +2,17 @@
 // much larger than what counts of it:
 //
 //  the level has a new generation      all blocks are copied to it
-//  the log has half of the levels' bytes, and a new one has begun; of the level's blocks,
-//    a quarter is in the logs          they make a new generation, to which all are copied
-//    fewer are                         those in the former log are copied to the new one
+//  the log has half of the levels' bytes, and a new one has begun:
+//    nobody reads an older version     blocks that the newest version has in the former log are
+//                                      copied to their places in the level's file; those that were
+//                                      written since, to the new log
+//    else, of the level's blocks,
+//      a quarter is in the logs        they make a new generation, to which all are copied
+//      fewer are                       those in the former log are copied to the new one
 //
-// No byte that a version names is overwritten, so neither a crash nor a reader of an older version
-// finds anything changed.
+// No byte is overwritten that the newest version or a reader's version names, so neither a crash
+// nor a reader finds anything changed. While the newest version has a block in the log, the block's
+// place in the level's file is free for the next one.
 #include <algorithm>
 #include <optional>
 
@@ -19,10 +24,12 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void GenerationLevel::sync(bool durable) {
   if (volume_.has_former() && !new_.backend) {
-    if (4 * count_in_log() >= places_.size())
+    if (volume_.is_unread())
+      leave_former_log(true);
+    else if (4 * count_in_log() >= places_.size())
       make_new_file();
     else
-      leave_former_log();
+      leave_former_log(false);
   }
   if (new_.backend) {
     fill_new_file();
@@ -32,17 +39,28 @@ void GenerationLevel::sync(bool durable) {
   }
 }
 
-void GenerationLevel::leave_former_log() {
+void GenerationLevel::leave_former_log(bool to_level_file) {
   std::vector<std::byte> bytes(level_.geometry.max_block_bytes());
+  std::optional<File> file;
   for (std::uint64_t block = 0; block < places_.size(); ++block) {
     const BlockPlace place = places_[block];
     if (!volume_.is_in_former(place)) continue;
     const std::span<std::byte> of_block =
         std::span(bytes).first(level_.geometry.block_bytes(block));
     volume_.log_at(place).read(log_offset(place), of_block);
-    const BlockPlace moved = volume_.append(of_block);
-    places_[block] = moved;
-    level_.table.entries()[block].offset = log_offset(moved);
+    BlockEntry& entry = level_.table.entries()[block];
+    if (to_level_file && !volume_.is_new(place)) {
+      if (!file) file.emplace(level_.directory, file_.name, OpenMode::kReadWrite);
+      entry.offset = level_.geometry.block_offset(block);
+      entry.file = kLevelFile;
+      file->write_at(entry.offset, of_block);
+      places_[block] = kInLevelFile;
+      file_has_changed_ = true;
+    } else {
+      const BlockPlace moved = volume_.append(of_block);
+      places_[block] = moved;
+      entry.offset = log_offset(moved);
+    }
   }
 }
 

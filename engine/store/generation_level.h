@@ -38,8 +38,8 @@ class GenerationLevel final : public Backend {
     return file_.backend->context(block, blocks);
   }
   void advise(BlockRange blocks, Advice advice) noexcept override;
-  /// Moves blocks to the new generation, or out of the former log, if there is one, and enters
-  /// their places in the table. Syncs the level's own files, and not the log.
+  /// Moves blocks to the new generation, or out of the former log, if there is one, and notes their
+  /// places in the table. Syncs the level's own files, and not the log.
   void sync(bool durable) override;
   std::uint64_t stored_bytes() const override;
 
@@ -82,9 +82,9 @@ class GenerationLevel final : public Backend {
   std::uint64_t count_in_log() const;
   /// Copies all blocks to the new file.
   void fill_new_file();
-  /// Copies blocks from the former log to the new one.
-  void leave_former_log();
-  void enter_places();
+  /// Moves blocks from the former log to the new one, or to their places in the level's file, if
+  /// `to_level_file` and neither the newest version nor a reader needs what is there.
+  void leave_former_log(bool to_level_file);
 
   LevelSpec level_;
   GenerationVolume& volume_;

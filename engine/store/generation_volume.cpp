@@ -6,12 +6,13 @@
 #include "format/byte_order.h"
 #include "format/checksum.h"
 #include "store/generation_level.h"
+#include "store/version_locks.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// A log of a tiny store may have so many bytes: each new log is a version with files of its own.
-constexpr std::uint64_t kLeastLogBytes = 64u << 10;
+constexpr std::uint64_t kLeastLogBytes = 128u << 10;
 
 bool has_block_in_log(const BlockTable& table) {
   return std::ranges::find(table.entries(), kLogFile, &BlockEntry::file) != table.entries().end();
@@ -21,7 +22,10 @@ bool has_block_in_log(const BlockTable& table) {
 
 GenerationVolume::GenerationVolume(std::unique_ptr<Volume> inner, const Directory& store,
                                    std::uint64_t sequence, const LogPlace& log, bool writable)
-    : inner_(std::move(inner)), store_(store), sequence_(sequence) {
+    : inner_(std::move(inner)),
+      store_(store),
+      sequence_(sequence),
+      is_described_(log.last_record == 0) {
   if (log.generation != 0)
     logs_[0] = std::make_unique<ChangeLog>(
         store, log.generation, writable ? OpenMode::kReadWrite : OpenMode::kRead, log.bytes);
@@ -35,27 +39,38 @@ std::unique_ptr<Backend> GenerationVolume::open_level(const LevelSpec& level) {
   return std::make_unique<GenerationLevel>(level, *this);
 }
 
+std::uint64_t GenerationVolume::most_bytes() const {
+  return std::max(most_log_bytes_, kLeastLogBytes);
+}
+
 BlockPlace GenerationVolume::append(std::span<const std::byte> bytes) {
-  const std::uint64_t most = std::max(most_log_bytes_, kLeastLogBytes);
   unsigned to = 0;
   {
     const std::scoped_lock lock(making_);
     if (!logs_[current_]) {
       logs_[current_] = std::make_unique<ChangeLog>(store_, sequence_ + 1, OpenMode::kCreate, 0);
-    } else if (!has_former() && logs_[current_]->committed() > 0 &&
-               logs_[current_]->end() >= most) {
+    } else if (const ChangeLog& log = *logs_[current_];
+               !has_former() && log.committed() > 0 &&
+               (is_described_ ? is_nearly_full(log) : log.end() >= most_bytes())) {
       logs_[1 - current_] =
           std::make_unique<ChangeLog>(store_, sequence_ + 1, OpenMode::kCreate, 0);
       current_ = 1 - current_;
     }
     to = current_;
   }
-  return logs_[to]->append(bytes, most) | kInLog | to;
+  return logs_[to]->append(bytes, most_bytes()) | kInLog | to;
 }
 
-bool GenerationVolume::is_in_log_alone() const {
+bool GenerationVolume::is_unread() {
+  // A reader that comes now opens the newest version. Only if that has a file of its own, the locks
+  // tell whether a reader that is there has an older one.
+  if (!is_unread_) is_unread_ = is_described_ && versions_being_read(store_, sequence_).empty();
+  return *is_unread_;
+}
+
+bool GenerationVolume::is_small_commit() const {
   const ChangeLog* const log = logs_[current_].get();
-  return log != nullptr && log->committed() > 0 && !has_former() &&
+  return log != nullptr && log->committed() > 0 && !is_nearly_full(*log) && !has_former() &&
          std::ranges::all_of(levels_, &GenerationLevel::is_in_log_alone);
 }
 
@@ -75,10 +90,12 @@ LogPlace GenerationVolume::commit_changes(const LogPlace& before,
                  load<std::uint64_t>(bytes, bytes.size() - sizeof(std::uint64_t))};
   place.bytes = log.end();
   if (durable) log.sync();
+  is_described_ = false;
   return place;
 }
 
 LogPlace GenerationVolume::finish_log(bool durable) {
+  is_described_ = true;
   const bool is_needed =
       std::ranges::any_of(levels_, [](const GenerationLevel* level) { return level->uses_log(); });
   if (!is_needed) {
@@ -95,10 +112,12 @@ void GenerationVolume::begin_version(std::uint64_t sequence, std::span<const std
   for (GenerationLevel* const level : levels_) level->begin_version();
   logs_[1 - current_].reset();
   if (logs_[current_]) logs_[current_]->commit();
+  is_unread_.reset();
   sequence_ = sequence;
 }
 
 void GenerationVolume::roll_back() {
+  is_unread_.reset();
   for (unsigned at = 0; at < logs_.size(); ++at) {
     if (!logs_[at]) continue;
     logs_[at]->roll_back();

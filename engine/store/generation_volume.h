@@ -3,19 +3,20 @@
 // table says which of the two has a block.
 //
 // Invariants
-//  1. No byte of a block that a version names changes, in any file.
+//  1. No byte of a block changes that the newest version names, or a version that a reader may have
+//     open.
 //  2. A block of the committed version that is written anew goes to the change log, or to a new
 //     generation, if half of the level's blocks change or a pass is to change all.
-//  3. When the log has half as many bytes as the levels, the next block begins a new log. The
-//  commit
-//     moves what still counts of the former one to a new generation of a level, if that is a
-//     quarter of the level's blocks, or to the new log.
+//  3. When the log has nearly half as many bytes as the levels, the version gets a file of its own.
+//     The next block begins a new log, and the commit moves what still counts of the former one
+//     (generation_fold.cpp). A block also begins a new log if the former one has half of the bytes.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -50,9 +51,10 @@ class GenerationVolume final : public Volume {
   }
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override;
 
-  /// Whether all that the levels have written since the last commit is in the log of the committed
-  /// version. REQUIRES for this function and the next two: all levels were synced.
-  bool is_in_log_alone() const;
+  /// Whether a record is enough for the next version: all that the levels have written since the
+  /// last commit is in the log of the committed version, which is not nearly full. REQUIRES for
+  /// this function and the next two: all levels were synced.
+  bool is_small_commit() const;
   /// Appends the pieces' bytes and a record of all changed blocks, and syncs the log if `durable`.
   /// Returns the log as the next version needs it. Errors: kIo, kNoSpace.
   LogPlace commit_changes(const LogPlace& before,
@@ -77,11 +79,19 @@ class GenerationVolume final : public Volume {
   bool is_in_former(BlockPlace place) const {
     return is_in_log(place) && has_former() && (place & 1) != current_;
   }
+  std::uint64_t most_bytes() const;
+  /// Whether the log is to end with the next version that has a file of its own. What is left until
+  /// most_bytes() is for the commit of that version.
+  bool is_nearly_full(const ChangeLog& log) const { return log.end() >= most_bytes() / 8 * 7; }
+  /// Whether nobody can read a version before the newest one. One answer for a commit.
+  bool is_unread();
   BlockPlace append(std::span<const std::byte> bytes);
 
   std::unique_ptr<Volume> inner_;
   const Directory& store_;
   std::uint64_t sequence_;
+  bool is_described_;                     ///< the committed version has a file of its own
+  std::optional<bool> is_unread_;         ///< the answer for this commit
   std::uint64_t most_log_bytes_ = 0;      ///< half of the bytes of all levels
   std::vector<GenerationLevel*> levels_;  ///< those that are open
   std::mutex making_;                     ///< of a new log

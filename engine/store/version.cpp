@@ -84,18 +84,18 @@ void Store::Implementation::write_version() {
 
 bool Store::Implementation::write_changes(bool durable) {
   const bool has_room = sequence - committed.described < kMostChangeRecords;
-  if (!generations || changed || !has_room || !generations->is_in_log_alone() ||
+  if (!generations || changed || !has_room || !generations->is_small_commit() ||
       (!has_base_index && wants_index(options.base_index, base)))
     return false;
   for (const FaceAttribute& attribute : face_attributes)
-    if (checksum_of(attribute.bytes) != attribute.checksum) return false;
+    if (attribute.checksum_now != attribute.checksum) return false;
   std::vector<ChangedRecords> records;
   std::vector<std::span<const std::byte>> pieces;
   for (const Attribute& attribute : attributes) {
+    if (!attribute.base_changes.must_be_looked_for()) continue;
     const std::span<const std::byte> bytes = attribute.base_bytes;
-    const std::vector<std::uint64_t> checksums = checksums_of_pieces(bytes);
-    for (std::size_t piece = 0; piece < checksums.size(); ++piece) {
-      if (checksums[piece] == attribute.piece_checksums[piece]) continue;
+    for (std::size_t piece = 0; piece < attribute.piece_checksums_now.size(); ++piece) {
+      if (attribute.piece_checksums_now[piece] == attribute.piece_checksums[piece]) continue;
       const std::uint64_t first = piece * kPieceBytes;
       pieces.push_back(bytes.subspan(first, std::min(kPieceBytes, bytes.size() - first)));
       records.push_back({attribute.record.number, 0, first, pieces.back().size()});
