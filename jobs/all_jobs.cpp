@@ -21,6 +21,7 @@ const std::vector<Job>& all_jobs() {
     made.push_back(publish_job());
     made.push_back(pass_job());
     made.push_back(generate_job());
+    made.push_back(layout_job());
     made.push_back(render_job());
     return made;
   }();

@@ -338,6 +338,7 @@ Job convert_job();
 Job export_job();
 Job generate_job();
 Job import_job();
+Job layout_job();
 Job pass_job();
 Job prune_job();
 Job publish_job();

@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "io/machine.h"
+#include "layout/base_directory.h"
 #include "mesh/weld.h"
 #include "plait/mesh_io.h"
 #include "plait/progress.h"
@@ -14,10 +15,31 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 BaseMesh mesh_of_file(const std::filesystem::path& file, std::optional<double> weld,
                       std::uint64_t& merged, std::vector<std::string>& warnings) {
+  if (is_base_directory(file)) {
+    if (!weld) return open_base_directory(file);
+    throw JobError(
+        ErrorCode::kInvalidArgument,
+        fmt::format("{}: expected a file to weld, found a base mesh in files, whose faces "
+                    "are connected",
+                    file.native()),
+        "weld");
+  }
   if (!weld) return read_base_mesh(file, &warnings);
   AttributedMesh read{read_indexed_mesh(file, &warnings)};
   merged = plait::weld(read, *weld, file.native(), warnings);
   return BaseMesh::build(std::move(read.mesh), file.native(), &warnings);
+}
+
+BaseMesh in_input_order(BaseMesh mesh) {
+  if (mesh.stored_base().mesh == nullptr) return mesh;
+  return mesh.with_face_order(mesh.input_maps().faces);
+}
+
+LaidOutMesh laid_out(BaseMesh mesh, LayoutKind kind) {
+  if (kind != kLayoutOfBaseDirectory || mesh.stored_base().mesh == nullptr)
+    return lay_out(in_input_order(std::move(mesh)), kind);
+  const LayoutSpans spans = measure_spans(mesh);
+  return {std::move(mesh), kind, spans};
 }
 
 Compression compression_of(const std::vector<std::string>& texts) {

@@ -14,6 +14,7 @@
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/rounding.h"
 #include "plait/job.h"
+#include "plait/layout.h"
 #include "plait/options.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -34,9 +35,17 @@ inline constexpr std::string_view kBlockOfCopyHelp =
 inline constexpr std::uint64_t kLargestSlotBytes = 16 << 10;
 
 /// The base mesh of a file, whose vertices are welded first if `weld` is set. `merged` counts those
-/// that became others.
+/// that became others. Or that of a directory that `plait layout` has made
+/// (layout/base_directory.h): its arrays are read when they are needed.
 BaseMesh mesh_of_file(const std::filesystem::path& file, std::optional<double> weld,
                       std::uint64_t& merged, std::vector<std::string>& warnings);
+
+// A mesh in files gives the store that its PLY file gives, with all options.
+
+/// A mesh in files with its faces in the order of the input, in memory; another mesh as it is.
+BaseMesh in_input_order(BaseMesh mesh);
+/// As lay_out() of the mesh in_input_order(), which a mesh that has the layout in files needs not.
+LaidOutMesh laid_out(BaseMesh mesh, LayoutKind kind);
 
 /// What the texts of an option `compress` choose. Errors: as Compression::add().
 Compression compression_of(const std::vector<std::string>& texts);

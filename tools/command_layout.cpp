@@ -1,4 +1,5 @@
-// plait layout: compares orders of the edges, and the windows that sweeps need with them.
+// plait layout: compares orders of the edges, and the windows that sweeps need with them; or makes
+// a mesh in files, which is the job "layout".
 
 #include <fmt/format.h>
 
@@ -13,8 +14,10 @@
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
+#include "job_command.h"
 #include "json_text.h"
 #include "measure.h"
+#include "plait/job.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "span_diagram.h"
@@ -29,7 +32,8 @@ constexpr std::uint64_t kRecordBytes = 12;  // a float32 position
 constexpr int kWindowLevels = 5;
 
 struct LayoutArguments {
-  std::filesystem::path mesh, picture;
+  std::filesystem::path mesh, picture, out;
+  std::string memory;
   std::string layout = "all";
   bool force = false;
 };
@@ -120,7 +124,39 @@ LaidOutMesh lay_out_or_end(const BaseMesh& mesh, LayoutKind kind, const CommandC
   return lay_out(mesh, kind);
 }
 
+void check_usage(const LayoutArguments& arguments) {
+  if (arguments.out.empty()) {
+    if (!arguments.memory.empty())
+      throw UsageError("--memory needs OUT: without it, all of the mesh is in memory");
+    return;
+  }
+  if (!arguments.picture.empty() || arguments.force)
+    throw UsageError(
+        "expected OUT or --png and --force, found both: pictures are of meshes in memory");
+  if (arguments.layout != "all" && arguments.layout != to_string(LayoutKind::kHilbert))
+    throw UsageError(
+        fmt::format("OUT has the layout hilbert, found --layout {}", arguments.layout));
+}
+
+int make_files(const LayoutArguments& arguments, const CommandContext& context) {
+  JobOptions options = {{"mesh", arguments.mesh.native()}, {"out", arguments.out.native()}};
+  if (!arguments.memory.empty()) options.emplace_back("memory", arguments.memory);
+  const Json report = run_with_progress("layout", options, context);
+  const auto count = [&](const char* name) {
+    return format_count(report[name].get<std::uint64_t>());
+  };
+  print(context.json
+            ? json_text(report)
+            : fmt::format("{}: {} vertices, {} edges ({} border), {} faces, layout {}, "
+                          "{:.2f} s\n",
+                          report["base"].get<std::string>(), count("vertices"), count("edges"),
+                          count("border_edges"), count("faces"),
+                          report["layout"].get<std::string>(), report["seconds"].get<double>()));
+  return kExitDone;
+}
+
 int run_layout(const LayoutArguments& arguments, const CommandContext& context) {
+  if (!arguments.out.empty()) return make_files(arguments, context);
   const std::vector<LayoutKind> kinds = chosen_layouts(arguments.layout);
   if (!arguments.picture.empty()) require_extension("draw", arguments.picture, ".png");
   const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
@@ -150,9 +186,23 @@ int run_layout(const LayoutArguments& arguments, const CommandContext& context) 
 
 void add_layout_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<LayoutArguments>();
-  CommandLine* command =
-      program.add_subcommand("layout", "Compare orders of the edges, and the windows they need");
+  CommandLine* command = program.add_subcommand(
+      "layout",
+      "Compare orders of the edges and their windows, or order a mesh larger than memory");
   command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
+  const JobDescription& job = find_job("layout");
+  command->add_option("OUT", arguments->out, job.options.at(1).help + "; hilbert, from a PLY file");
+  const JobOption& memory = job.options.at(2);
+  command
+      ->add_parsed_option(
+          "--memory",
+          [arguments, &memory](const std::string& text) {
+            check_option(memory, text);
+            arguments->memory = text;
+          },
+          "With OUT: " + memory.help)
+      ->type_name(memory.value_name)
+      ->default_str(*memory.default_text);
   command
       ->add_option("--layout", arguments->layout,
                    "given, spatial, hilbert, rcm, auto (the best of them) or all")
@@ -165,10 +215,19 @@ void add_layout_command(CommandLine& program, CommandContext& context) {
       "The width of a stencil is the difference of its largest and smallest edge index. The span\n"
       "is the largest width. A window has the slots of 2 x span edges on every level.\n"
       "\n"
+      "With OUT the mesh, which may be larger than memory, is put in the order hilbert by sorts\n"
+      "of files. plait subdivide and plait plan take OUT as their mesh: a store of it has the "
+      "same\n"
+      "bytes as one of MESH with --layout hilbert. The sorts need disk beside OUT, about 230 "
+      "bytes\n"
+      "for each face: that is said before, and refused if less is free.\n"
+      "\n"
       "Examples:\n"
       "  plait layout molecule.ply\n"
+      "  plait layout statue.ply statue.base --memory 2G\n"
       "  plait layout molecule.ply --layout rcm --png spans.png");
   command->callback([arguments, &context] {
+    check_usage(*arguments);
     context.run = [arguments, &context] { return run_layout(*arguments, context); };
   });
 }

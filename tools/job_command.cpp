@@ -111,11 +111,7 @@ int run_job_command(const JobCommand& command, const std::deque<GivenOption>& gi
   const JobOptions options = texts_of(given, command.unless_given);
   nlohmann::ordered_json report;
   try {
-    JobWatcher watcher(command.job, context.json);
-    report = nlohmann::ordered_json::parse(run_job(command.job, options, watcher.watch(),
-                                                   {.backends = &context.backends,
-                                                    .open_backends = &context.open_backends,
-                                                    .option_prefix = "--"}));
+    report = run_with_progress(command.job, options, context);
   } catch (const Error& error) {
     if (const auto* of_job = dynamic_cast<const JobError*>(&error);
         of_job != nullptr && !of_job->report().empty() && command.failed)
@@ -131,6 +127,15 @@ int run_job_command(const JobCommand& command, const std::deque<GivenOption>& gi
 }
 
 }  // namespace
+
+nlohmann::ordered_json run_with_progress(const std::string& job, const JobOptions& options,
+                                         const CommandContext& context) {
+  JobWatcher watcher(job, context.json);
+  return nlohmann::ordered_json::parse(run_job(job, options, watcher.watch(),
+                                               {.backends = &context.backends,
+                                                .open_backends = &context.open_backends,
+                                                .option_prefix = "--"}));
+}
 
 void add_job_command(CommandLine& program, CommandContext& context, JobCommand command) {
   // The callback keeps the description: options refer to it.

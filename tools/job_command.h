@@ -33,4 +33,9 @@ struct JobCommand {
 /// as far as that needs no plug-in.
 void add_job_command(CommandLine& program, CommandContext& context, JobCommand command);
 
+/// Runs a job as its command does, with a progress bar, warnings, and signals that end it. Returns
+/// the report.
+nlohmann::ordered_json run_with_progress(const std::string& job, const JobOptions& options,
+                                         const CommandContext& context);
+
 }  // namespace plait

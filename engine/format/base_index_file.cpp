@@ -17,6 +17,7 @@
 #include "format/byte_order.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
+#include "io/copy_range.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -52,51 +53,77 @@ ArrayBytes array_bytes(const MeshArrays& arrays) {
           std::as_bytes(arrays.input_vertices), std::as_bytes(arrays.input_faces)};
 }
 
-BaseIndexLayout layout_of(const MeshArrays& arrays) {
-  return {{arrays.positions.size(), arrays.mesh.edges.size(), arrays.mesh.faces.size(),
-           arrays.mesh.border_edges.size()},
-          {!arrays.input_vertices.empty(), !arrays.input_faces.empty()}};
+BaseCounts counts_of(const MeshArrays& arrays) {
+  return {arrays.positions.size(), arrays.mesh.edges.size(), arrays.mesh.faces.size(),
+          arrays.mesh.border_edges.size()};
 }
 
-std::vector<std::byte> head_of(const MeshArrays& all, std::uint64_t base_mesh_checksum) {
+IndexMaps maps_of(const MeshArrays& arrays) {
+  return {!arrays.input_vertices.empty(), !arrays.input_faces.empty()};
+}
+
+BaseIndexLayout layout_of(const MeshArrays& arrays) { return {counts_of(arrays), maps_of(arrays)}; }
+
+std::vector<std::uint64_t> page_checksums(const MeshArrays& all) {
   const BaseIndexLayout layout = layout_of(all);
   const ArrayBytes arrays = array_bytes(all);
-  std::vector<std::byte> head(layout.head_bytes());
-  const std::span<std::byte> to(head);
-  std::memcpy(head.data(), kIndexMagic, 8);
-  save(to, 8, kIndexFormat);
-  save(to, kIndexMapsAt,
-       (all.input_vertices.empty() ? 0u : 1u) | (all.input_faces.empty() ? 0u : 2u));
-  std::size_t at = kIndexCountsAt;
-  for (const std::uint64_t count : {all.positions.size(), all.mesh.edges.size(),
-                                    all.mesh.faces.size(), all.mesh.border_edges.size()}) {
-    save(to, at, count);
-    at += 8;
-  }
-  save(to, kIndexInputVerticesAt, all.input_vertex_count);
-  save(to, kIndexBaseMeshAt, base_mesh_checksum);
+  std::vector<std::uint64_t> checksums(layout.page_count());
   for (std::size_t array = 0; array < kMeshArrayCount; ++array) {
     const auto& place = layout.place(static_cast<MeshArray>(array));
     each_on_workers(std::uint64_t{0}, place.page_count(), [&](std::uint64_t page) {
       const std::uint64_t first = page * kIndexPageBytes;
-      save(to, kIndexHeaderBytes + 8 * (place.first_page + page),
-           checksum_of(
-               arrays[array].subspan(first, std::min(kIndexPageBytes, place.bytes - first))));
+      checksums[place.first_page + page] =
+          checksum_of(arrays[array].subspan(first, std::min(kIndexPageBytes, place.bytes - first)));
     });
   }
+  return checksums;
+}
+
+/// A copy of a whole file.
+void copy_file(const File& from, const Directory& in, const std::string& name, bool durable) {
+  File file(in, name, OpenMode::kCreate);
+  copy_range(from, file, 0, from.size());
+  if (durable) file.sync();
+  file.close();
+}
+
+}  // namespace
+
+std::vector<std::byte> base_index_head(const BaseCounts& counts, IndexMaps maps,
+                                       std::uint64_t input_vertex_count,
+                                       std::uint64_t base_mesh_checksum,
+                                       std::span<const std::uint64_t> checksums) {
+  std::vector<std::byte> head(BaseIndexLayout(counts, maps).head_bytes());
+  const std::span<std::byte> to(head);
+  std::memcpy(head.data(), kIndexMagic, 8);
+  save(to, 8, kIndexFormat);
+  save(to, kIndexMapsAt, (maps.vertices ? 1u : 0u) | (maps.faces ? 2u : 0u));
+  std::size_t at = kIndexCountsAt;
+  for (const std::uint64_t count :
+       {counts.vertices, counts.edges, counts.faces, counts.border_edges}) {
+    save(to, at, count);
+    at += 8;
+  }
+  save(to, kIndexInputVerticesAt, input_vertex_count);
+  save(to, kIndexBaseMeshAt, base_mesh_checksum);
+  for (std::size_t page = 0; page < checksums.size(); ++page)
+    save(to, kIndexHeaderBytes + 8 * page, checksums[page]);
   const std::size_t content = head.size() - 8;
   save(to, content, checksum_of(std::span(head).first(content)));
   return head;
 }
 
-}  // namespace
-
 void write_base_index_file(const Directory& in, const std::string& name, const BaseMesh& mesh,
                            std::uint64_t base_mesh_checksum, bool durable) {
+  if (const StoredBase stored = mesh.stored_base();
+      stored.index != nullptr && stored.mesh_checksum == base_mesh_checksum)
+    return copy_file(*stored.index, in, name, durable);
   const MeshArrays all = arrays_to_store(mesh);
   const ArrayBytes arrays = array_bytes(all);
   const BaseIndexLayout layout = layout_of(all);
-  const std::vector<std::byte> head = head_of(all, base_mesh_checksum);
+  const std::vector<std::byte> head =
+      base_index_head(counts_of(all), maps_of(all), all.input_vertex_count, base_mesh_checksum,
+                      page_checksums(all));
   File file(in, name, OpenMode::kCreate);
   file.resize(layout.file_bytes());  // what no array covers is zeros
   file.write_at(0, head);
@@ -124,6 +151,12 @@ std::optional<BaseMesh> open_base_index_file(const Directory& store, const Expec
   std::optional<File> file = open_if_present(store, kBaseIndexName, OpenMode::kRead);
   if (!file) return std::nullopt;
   return BaseMesh::of(std::make_shared<const BaseIndexPages>(std::move(*file), expected));
+}
+
+BaseMesh open_stored_base(const Directory& directory, const ExpectedBase& expected) {
+  return BaseMesh::of(std::make_shared<const BaseIndexPages>(
+      File(directory, kBaseIndexName, OpenMode::kRead), expected,
+      File(directory, kBaseMeshName, OpenMode::kRead)));
 }
 
 void check_base_index_file(const Directory& store, const ExpectedBase& expected,

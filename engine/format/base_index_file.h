@@ -5,8 +5,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/damage.h"
 #include "format/base_index_layout.h"
@@ -47,6 +49,17 @@ struct ExpectedBase {
 /// border edges. Nothing if there is no file. Takes memory for what is read; addresses for the
 /// whole file. Errors: kCorruption for another size or head; kIo, kOutOfMemory.
 std::optional<BaseMesh> open_base_index_file(const Directory& store, const ExpectedBase& expected);
+
+/// The same mesh, of a directory in which both files are complete: a store of it copies them.
+/// Errors: as above; kNotFound if one is not there.
+BaseMesh open_stored_base(const Directory& directory, const ExpectedBase& expected);
+
+/// The first bytes of the file, up to the checksum of these: head_bytes() of the layout.
+/// `checksums` are those of the pages.
+std::vector<std::byte> base_index_head(const BaseCounts& counts, IndexMaps maps,
+                                       std::uint64_t input_vertex_count,
+                                       std::uint64_t base_mesh_checksum,
+                                       std::span<const std::uint64_t> checksums);
 
 /// Throws kCorruption unless the file has exactly what write_base_index_file() writes for this
 /// mesh, or there is no file. `mesh` was built from base.mesh; nullptr if base.mesh is damaged, and

@@ -80,8 +80,18 @@ void BaseIndexPages::refuse(MeshArray array, std::uint64_t element, const std::s
   refuse(layout_.place(array).offset + element_bytes(array) * element, what);
 }
 
-BaseIndexPages::BaseIndexPages(File file, const ExpectedBase& expected)
-    : file_(std::move(file)), cure_(expected.cure), counts_(expected.counts), layout_({}, {}) {
+StoredBase BaseIndexPages::stored() const noexcept {
+  if (!base_mesh_.is_open()) return {};
+  return {&base_mesh_, &file_, base_mesh_checksum_};
+}
+
+BaseIndexPages::BaseIndexPages(File file, const ExpectedBase& expected, File base_mesh)
+    : file_(std::move(file)),
+      base_mesh_(std::move(base_mesh)),
+      base_mesh_checksum_(expected.checksum),
+      cure_(expected.cure),
+      counts_(expected.counts),
+      layout_({}, {}) {
   read_head(expected);
   memory_ = Reservation(layout_.file_bytes() - layout_.place(MeshArray::kPositions).offset);
   ready_ = std::make_unique<std::atomic<bool>[]>(layout_.page_count());

@@ -29,7 +29,8 @@ class BaseIndexPages final : public MeshPages {
  public:
   /// Reads the head and the border edges. Errors: kCorruption unless the file has the size and the
   /// head that are expected; kIo, kOutOfMemory.
-  BaseIndexPages(File file, const ExpectedBase& expected);
+  /// `base_mesh` is the file base.mesh from which it follows, if a store may copy both.
+  BaseIndexPages(File file, const ExpectedBase& expected, File base_mesh = {});
 
   const MeshArrays& arrays() const noexcept override { return arrays_; }
   void need(MeshArray array) const override;
@@ -41,6 +42,7 @@ class BaseIndexPages final : public MeshPages {
   [[noreturn]] void refuse(MeshArray array, std::uint64_t element,
                            const std::string& what) const override;
   std::uint64_t memory_bytes() const noexcept override;
+  StoredBase stored() const noexcept override;
 
  private:
   /// Addresses for the arrays; a page of them takes memory when it is written first.
@@ -75,7 +77,8 @@ class BaseIndexPages final : public MeshPages {
 
   static constexpr std::size_t kLocks = 32;
 
-  File file_;
+  File file_, base_mesh_;
+  std::uint64_t base_mesh_checksum_;
   std::string_view cure_;
   BaseCounts counts_;
   BaseIndexLayout layout_;

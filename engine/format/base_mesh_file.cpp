@@ -15,6 +15,7 @@
 #include "format/file_names.h"
 #include "format/packed_frame.h"
 #include "format/packed_mesh.h"
+#include "io/copy_range.h"
 #include "io/machine.h"
 #include "plait/error.h"
 
@@ -48,17 +49,48 @@ void refuse_without_memory(const std::filesystem::path& path, std::uint64_t vert
         .about(path);
 }
 
+/// The bytes that the other file has, if they are those of the checksum.
+StoredSize copy_base_mesh_file(const File& from, std::uint64_t checksum, const Directory& store) {
+  const StoredSize size{from.size(), checksum_of(from)};
+  if (size.checksum != checksum)
+    throw Error(ErrorCode::kCorruption, fmt::format("read {}: checksum {:016x}, expected {:016x}",
+                                                    from.path().native(), size.checksum, checksum))
+        .about(from.path());
+  File file(store, kBaseMeshName, OpenMode::kCreate);
+  copy_range(from, file, 0, size.bytes);
+  file.sync();
+  file.close();
+  return size;
+}
+
 }  // namespace
 
-std::vector<std::byte> base_mesh_file(std::uint64_t vertex_count, std::uint64_t face_count,
-                                      PositionWords words, std::span<const std::byte> packed) {
+std::vector<std::byte> base_mesh_header(std::uint64_t vertex_count, std::uint64_t face_count,
+                                        std::uint64_t input_vertex_count, PositionWords words) {
   std::vector<std::byte> bytes(kMeshHeaderBytes);
   std::memcpy(bytes.data(), kMeshMagic, 8);
   save(std::span(bytes), 8, kMeshVersion);
+  save(std::span(bytes), kInputVerticesOffset, static_cast<std::uint32_t>(input_vertex_count));
   save(std::span(bytes), 16, vertex_count);
   save(std::span(bytes), 24, face_count);
   save(std::span(bytes), kFormOffset, static_cast<std::uint32_t>(words.form));
   save(std::span(bytes), kExponentOffset, static_cast<std::uint32_t>(words.exponent));
+  return bytes;
+}
+
+void refuse_bomb(const std::filesystem::path& path, std::uint64_t file_bytes,
+                 std::uint64_t vertex_count, std::uint64_t face_count, PositionWords words) {
+  if (!is_bomb(file_bytes, packed_mesh_bytes(vertex_count, face_count, words))) return;
+  throw Error(
+      ErrorCode::kNotSupported,
+      fmt::format("create {}: expected a base mesh that compresses to 1/{} at most, found "
+                  "{} bytes for {} vertices and {} faces: move its vertices apart",
+                  path.native(), kMostFrameExpansion, file_bytes, vertex_count, face_count));
+}
+
+std::vector<std::byte> base_mesh_file(std::uint64_t vertex_count, std::uint64_t face_count,
+                                      PositionWords words, std::span<const std::byte> packed) {
+  std::vector<std::byte> bytes = base_mesh_header(vertex_count, face_count, 0, words);
   append_frame(bytes, packed, kBaseMeshName);
   return bytes;
 }
@@ -70,6 +102,8 @@ void append_input_maps(std::vector<std::byte>& file, std::uint64_t input_vertex_
 }
 
 StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh) {
+  if (const StoredBase stored = mesh.stored_base(); stored.mesh != nullptr)
+    return copy_base_mesh_file(*stored.mesh, stored.mesh_checksum, store);
   const PositionWords words = words_of(mesh.positions());
   std::vector<std::byte> bytes =
       base_mesh_file(mesh.vertex_count(), mesh.face_count(), words, pack_mesh(mesh, words));
@@ -77,14 +111,8 @@ StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh) {
     const InputMaps maps = mesh.input_maps();
     append_input_maps(bytes, maps.input_vertex_count, pack_maps(maps));
   }
-  // Readers would take the file for one that is made to take their memory.
-  if (is_bomb(bytes.size(), packed_mesh_bytes(mesh.vertex_count(), mesh.face_count(), words)))
-    throw Error(
-        ErrorCode::kNotSupported,
-        fmt::format("create {}: expected a base mesh that compresses to 1/{} at most, found "
-                    "{} bytes for {} vertices and {} faces: move its vertices apart",
-                    store.path_of(kBaseMeshName).native(), kMostFrameExpansion, bytes.size(),
-                    mesh.vertex_count(), mesh.face_count()));
+  refuse_bomb(store.path_of(kBaseMeshName), bytes.size(), mesh.vertex_count(), mesh.face_count(),
+              words);
   File file(store, kBaseMeshName, OpenMode::kCreate);
   file.write_at(0, bytes);
   file.sync();

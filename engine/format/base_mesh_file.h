@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <vector>
 
@@ -19,8 +20,17 @@ struct StoredSize {
   std::uint64_t bytes = 0, checksum = 0;
 };
 
-/// Creates the file and syncs it.
+/// Creates the file and syncs it: a copy, if the mesh comes from files that have it packed. Errors:
+/// kCorruption if these are damaged; kIo, kNoSpace, kNotSupported as refuse_bomb().
 StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh);
+
+/// What the file begins with. `input_vertex_count` is 0 if there is no second frame.
+std::vector<std::byte> base_mesh_header(std::uint64_t vertex_count, std::uint64_t face_count,
+                                        std::uint64_t input_vertex_count, PositionWords words);
+/// Throws kNotSupported for a file so small that readers would take it for one that is made to take
+/// their memory.
+void refuse_bomb(const std::filesystem::path& path, std::uint64_t file_bytes,
+                 std::uint64_t vertex_count, std::uint64_t face_count, PositionWords words);
 
 /// The bytes of the file for packed_mesh_bytes() bytes of a mesh.
 std::vector<std::byte> base_mesh_file(std::uint64_t vertex_count, std::uint64_t face_count,

@@ -4,15 +4,11 @@
 #include <zstd.h>
 
 #include "base/interruption.h"
-#include "plait/error.h"
+#include "format/content_frame.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// Faster than a disk. Small meshes, which are packed in no time, are a larger part of their
-/// stores.
-constexpr int kZstdLevel = 3, kZstdLevelOfSmall = 19;
-constexpr std::size_t kSmallBytes = 512u << 10;
 /// A block of a zstd frame takes 4 bytes at least and gives this number at most.
 constexpr std::uint64_t kLeastBlockBytes = 4, kMostContentBytes = 1u << 17;
 /// Smaller contents may be anything: the memory is not worth a rule.
@@ -22,17 +18,11 @@ constexpr std::uint64_t kFreeContentBytes = 64u << 20;
 
 void append_frame(std::vector<std::byte>& file, std::span<const std::byte> content,
                   std::string_view name) {
-  poll_interruption();
-  const std::size_t most = ZSTD_compressBound(content.size());
-  // Not a vector: it would touch all pages, and a frame needs few of them.
-  const auto frame = std::make_unique_for_overwrite<std::byte[]>(most);
-  const std::size_t frame_bytes =
-      ZSTD_compress(frame.get(), most, content.data(), content.size(),
-                    content.size() <= kSmallBytes ? kZstdLevelOfSmall : kZstdLevel);
-  if (ZSTD_isError(frame_bytes))
-    throw Error(ErrorCode::kOutOfMemory,
-                fmt::format("create {}: zstd: {}", name, ZSTD_getErrorName(frame_bytes)));
-  file.insert(file.end(), frame.get(), frame.get() + frame_bytes);
+  ContentFrame frame(content.data(), content.size(), name);
+  while (!frame.is_done()) {
+    poll_interruption();
+    frame.add(file);
+  }
 }
 
 bool is_bomb(std::uint64_t frame_bytes, std::uint64_t content_bytes) {

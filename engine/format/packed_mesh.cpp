@@ -92,23 +92,50 @@ void take_coordinates(const Coder& coder, const std::byte* from,
 
 }  // namespace
 
+void WordsOfPositions::add(const Vector3<double>& position) {
+  for (const auto coordinate : kCoordinates) {
+    const double x = position.*coordinate;
+    fit_float32_ &= std::isfinite(x) && std::abs(x) <= double{std::numeric_limits<float>::max()} &&
+                    double{static_cast<float>(x)} == x;
+    whole_ &= std::isfinite(x) && !(x == 0 && std::signbit(x));
+    if (!whole_ || x == 0) continue;
+    exponent_ = std::min(exponent_, exponent_of_lowest_bit(x));
+    largest_ = std::max(largest_, std::abs(x));
+  }
+}
+
+PositionWords WordsOfPositions::words() const {
+  const PositionWords in_steps{PositionForm::kWhole, exponent_};
+  if (whole_ && in_steps.valid() && std::ldexp(largest_, -exponent_) < kMostWhole) return in_steps;
+  return {fit_float32_ ? PositionForm::kFloat32 : PositionForm::kFloat64, 0};
+}
+
 PositionWords words_of(std::span<const Vector3<double>> positions) {
-  bool fit_float32 = true, whole = true;
-  double largest = 0;
-  int exponent = PositionWords::kMostExponent + 1;
-  for (const Vector3<double>& position : positions)
-    for (const auto coordinate : kCoordinates) {
-      const double x = position.*coordinate;
-      fit_float32 &= std::isfinite(x) && std::abs(x) <= double{std::numeric_limits<float>::max()} &&
-                     double{static_cast<float>(x)} == x;
-      whole &= std::isfinite(x) && !(x == 0 && std::signbit(x));
-      if (!whole || x == 0) continue;
-      exponent = std::min(exponent, exponent_of_lowest_bit(x));
-      largest = std::max(largest, std::abs(x));
-    }
-  const PositionWords in_steps{PositionForm::kWhole, exponent};
-  if (whole && in_steps.valid() && std::ldexp(largest, -exponent) < kMostWhole) return in_steps;
-  return {fit_float32 ? PositionForm::kFloat32 : PositionForm::kFloat64, 0};
+  WordsOfPositions words;
+  for (const Vector3<double>& position : positions) words.add(position);
+  return words.words();
+}
+
+std::uint64_t word_of_coordinate(PositionWords words, double x) {
+  std::uint64_t word = 0;
+  with_coder(words, [&](const auto& coder) { word = coder.word(x); });
+  return word;
+}
+
+std::uint32_t CornerCodes::code(std::uint32_t place) {
+  std::uint32_t code = kBehind - 1 + next_ - place;
+  if (place == next_) {
+    ++next_;
+    code = kNew;
+  } else if (const auto found = std::ranges::find(before_, place); found != before_.end()) {
+    code = kCornerBefore + static_cast<std::uint32_t>(found - before_.begin());
+  }
+  face_[corner_] = place;
+  if (++corner_ == face_.size()) {
+    before_ = face_;
+    corner_ = 0;
+  }
+  return code;
 }
 
 std::vector<std::byte> pack_mesh(const BaseMesh& mesh, PositionWords words) {
@@ -119,29 +146,19 @@ std::vector<std::byte> pack_mesh(const BaseMesh& mesh, PositionWords words) {
   std::byte* const to_numbers = to + corners.bytes();
   std::vector<std::uint32_t> places(mesh.vertex_count(), kNoId);  // in the order of first use
   std::vector<VertexId> vertices(mesh.vertex_count());            // [place]
-  std::array<std::uint32_t, 3> before = {kNoId, kNoId, kNoId};
-  std::uint32_t next = 0;
+  CornerCodes codes;
   VertexId last = 0;
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    std::array<std::uint32_t, 3> face;
+  for (std::size_t f = 0; f < faces.size(); ++f)
     for (std::size_t i = 0; i < 3; ++i) {
       const VertexId vertex = faces[f][i];
       std::uint32_t& place = places[vertex];
-      std::uint32_t corner = kNew;
       if (place == kNoId) {
-        numbers.put(to_numbers, next, zigzag(vertex - std::exchange(last, vertex)));
-        vertices[next] = vertex;
-        place = next++;
-      } else if (const auto found = std::ranges::find(before, place); found != before.end()) {
-        corner = kCornerBefore + static_cast<std::uint32_t>(found - before.begin());
-      } else {
-        corner = kBehind - 1 + next - place;
+        place = codes.next_place();
+        numbers.put(to_numbers, place, zigzag(vertex - std::exchange(last, vertex)));
+        vertices[place] = vertex;
       }
-      corners.put(to, 3 * f + i, corner);
-      face[i] = place;
+      corners.put(to, 3 * f + i, codes.code(place));
     }
-    before = face;
-  }
   with_coder(words, [&](const auto& coder) {
     put_coordinates(coder, mesh.positions(), vertices, to_numbers + numbers.bytes());
   });

@@ -1,6 +1,7 @@
 // format/packed_mesh.h: the numbers of a base mesh and of its input maps, packed.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -32,8 +33,36 @@ struct PositionWords {
   static constexpr std::int32_t kLeastExponent = -1000, kMostExponent = 900;
 };
 
-/// The words that take the fewest bytes for these positions, and give their bits again.
+/// Finds the words that take the fewest bytes for positions that come one after another, and give
+/// their bits again.
+class WordsOfPositions {
+ public:
+  void add(const Vector3<double>& position);
+  PositionWords words() const;
+
+ private:
+  bool fit_float32_ = true, whole_ = true;
+  double largest_ = 0;
+  int exponent_ = PositionWords::kMostExponent + 1;
+};
 PositionWords words_of(std::span<const Vector3<double>> positions);
+/// The word of a coordinate, of words.bytes() bytes. REQUIRES: `words` give the number again.
+std::uint64_t word_of_coordinate(PositionWords words, double x);
+
+/// The codes of corners (docs/format.md, base.mesh), corner after corner, from the places of their
+/// vertices: numbers in the order in which corners name vertices first.
+class CornerCodes {
+ public:
+  /// The place of a vertex that no corner has named.
+  std::uint32_t next_place() const { return next_; }
+  /// The code of the next corner. REQUIRES: place <= next_place().
+  std::uint32_t code(std::uint32_t place);
+
+ private:
+  std::array<std::uint32_t, 3> before_ = {kNoId, kNoId, kNoId}, face_ = {};
+  std::size_t corner_ = 0;
+  std::uint32_t next_ = 0;
+};
 
 /// REQUIRES: both counts are below kNoId.
 constexpr std::uint64_t packed_mesh_bytes(std::uint64_t vertex_count, std::uint64_t face_count,

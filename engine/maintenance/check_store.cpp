@@ -13,6 +13,7 @@
 #include "format/file_names.h"
 #include "format/manifest.h"
 #include "format/view_file.h"
+#include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "store/recovery.h"
 #include "store/stored_version.h"

@@ -81,6 +81,11 @@ void warn(std::vector<std::string>* warnings, std::string text) {
 
 }  // namespace
 
+std::string dropped_vertices_text(std::string_view source, std::uint64_t dropped,
+                                  std::uint64_t all) {
+  return fmt::format("{}: {} of {} vertices dropped: no face uses them", source, dropped, all);
+}
+
 struct BaseMesh::OwnedArrays {
   std::vector<Vector3<double>> positions;
   std::vector<std::array<VertexId, 3>> faces;
@@ -164,8 +169,7 @@ BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
       result->vertex_corners.end()) {
     const std::size_t before = mesh.positions.size();
     result->input_vertices = drop_unused_vertices(mesh, result->vertex_corners);
-    warn(warnings, fmt::format("{}: {} of {} vertices dropped: no face uses them", source,
-                               before - result->input_vertices.size(), before));
+    warn(warnings, dropped_vertices_text(source, before - result->input_vertices.size(), before));
   }
   result->positions = std::move(mesh.positions);
   result->faces = std::move(mesh.faces);

@@ -13,9 +13,6 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The order in which the sides of a face number edges: ab, bc, ca.
-constexpr std::array<int, 3> kSideOrder = {2, 0, 1};
-
 /// Numbers edges by first use, face by face. is_first(face, side) tells whether no earlier face has
 /// the edge. For each such side the function calls number(face, side, edge), in any order of faces.
 /// Returns the number of edges.
@@ -68,14 +65,39 @@ FaceSide next_corner(std::span<const SideCodes> twins, FaceSide corner) {
     of_fan.insert(source.face(corner.face()));
     corner = next_corner(twins, corner);
   } while (corner.exists() && corner != first);
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} in "
-                          "the fan of face {}{}",
-                          source.name(), vertex, all.size(), of_fan.size(),
-                          source.face(first.face()), kRepairAdvice));
+  throw more_than_one_fan(source.name(), vertex, all.size(), of_fan.size(),
+                          source.face(first.face()));
 }
 
 }  // namespace
+
+Error too_many_faces_at_edge(std::string_view source, VertexId low, VertexId high,
+                             std::span<const std::uint64_t, 3> first_faces, std::uint64_t count) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{}: edge {}-{}: expected at most two faces, found {}: faces {}, {}, {}{}{}",
+                      source, low, high, count, first_faces[0], first_faces[1], first_faces[2],
+                      count > 3 ? ", ..." : "", kRepairAdvice)};
+}
+
+Error copied_face(std::string_view source, std::uint64_t face, std::uint64_t copied) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{}: face {}: expected a new face, found a copy of face {}{}", source, face,
+                      copied, kRepairAdvice)};
+}
+
+Error more_than_one_fan(std::string_view source, VertexId vertex, std::uint64_t face_count,
+                        std::uint64_t faces_of_fan, std::uint64_t face_of_fan) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} in the "
+                      "fan of face {}{}",
+                      source, vertex, face_count, faces_of_fan, face_of_fan, kRepairAdvice)};
+}
+
+Error repeated_corner(std::string_view source, std::uint64_t face, const FaceVertices& corners) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{}: face {}: expected three different vertices, found {} {} {}{}", source,
+                      face, corners[0], corners[1], corners[2], kRepairAdvice)};
+}
 
 void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
                  const MeshSource& source) {
@@ -92,8 +114,7 @@ void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count
           refuse_face(face,
                       fmt::format("expected vertices below {}, found {}", vertex_count, vertex));
       if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
-        refuse_face(face, fmt::format("expected three different vertices, found {} {} {}{}",
-                                      corners[0], corners[1], corners[2], kRepairAdvice));
+        throw repeated_corner(source.name(), source.face(static_cast<FaceId>(face)), corners);
     }
   });
 }
@@ -154,11 +175,8 @@ std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::sp
 std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
                                           std::span<const SideCodes> twins,
                                           std::uint64_t vertex_count, const MeshSource& source) {
-  constexpr std::uint32_t kAfterBorder = 0;
   struct Fan {
-    /// The corner of smallest rank is the fan's first. kAfterBorder after a border edge, else 1 +
-    /// the vertex of the next corner.
-    std::uint32_t rank = kNoId;
+    std::uint32_t rank = kNoId;  ///< the smallest one until now
     std::uint32_t corner_count = 0;
   };
   std::vector<Fan> fans(vertex_count);
@@ -171,7 +189,7 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
       ++fan.corner_count;
       const bool after_border = entry(twins, FaceSide(face, (corner + 2) % 3)) == kNoId;
       const std::uint32_t rank =
-          after_border ? kAfterBorder : 1 + faces[face][static_cast<std::size_t>((corner + 1) % 3)];
+          fan_rank(after_border, faces[face][static_cast<std::size_t>((corner + 1) % 3)]);
       if (rank >= fan.rank) continue;
       fan.rank = rank;
       result[vertex] = FaceSide(face, corner);
@@ -207,10 +225,7 @@ std::vector<Edge> number_edges(std::span<const FaceVertices> faces, std::span<Si
     const VertexId start = start_vertex(faces, here);
     const VertexId end = faces[face][static_cast<std::size_t>((side + 2) % 3)];
     entry(numbers, here) = edge;
-    if (!beyond.exists() || start < end)
-      edges[edge] = {start, end, here, beyond};
-    else
-      edges[edge] = {end, start, beyond, here};
+    edges[edge] = edge_of(start, end, here, beyond);
   });
   for_parts(faces.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t face = first; face < last; ++face)

@@ -9,10 +9,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "mesh/mesh_source.h"
+#include "plait/error.h"
 #include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -38,6 +40,33 @@ inline FaceSide from_code(std::uint32_t code) {
   side.code = code;
   return side;
 }
+
+/// The order in which the sides of a face number edges: ab, bc, ca.
+constexpr std::array<int, 3> kSideOrder = {2, 0, 1};
+
+/// The edge of a side that runs from `start` to `end`, and of the one beyond it.
+inline Edge edge_of(VertexId start, VertexId end, FaceSide here, FaceSide beyond) {
+  if (!beyond.exists() || start < end) return {start, end, here, beyond};
+  return {end, start, beyond, here};
+}
+
+/// The corner of smallest rank is the first one of a fan. `next` is the vertex of the face's next
+/// corner.
+inline std::uint32_t fan_rank(bool after_border, VertexId next) {
+  return after_border ? 0 : 1 + next;
+}
+
+// What is wrong with a mesh. Faces have the numbers of the file.
+
+/// At most three of the faces are named.
+Error too_many_faces_at_edge(std::string_view source, VertexId low, VertexId high,
+                             std::span<const std::uint64_t, 3> first_faces, std::uint64_t count);
+Error copied_face(std::string_view source, std::uint64_t face, std::uint64_t copied);
+Error more_than_one_fan(std::string_view source, VertexId vertex, std::uint64_t face_count,
+                        std::uint64_t faces_of_fan, std::uint64_t face_of_fan);
+std::string dropped_vertices_text(std::string_view source, std::uint64_t dropped,
+                                  std::uint64_t all);
+Error repeated_corner(std::string_view source, std::uint64_t face, const FaceVertices& corners);
 
 /// Errors: kInvalidArgument for an index of `vertex_count` or more, and for a face that names a
 /// vertex twice.

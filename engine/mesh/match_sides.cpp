@@ -1,8 +1,6 @@
 // Finds the twins of sides vertex by vertex: the corners at a vertex know all sides that begin or
 // end there. Each side is matched where it begins.
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -72,11 +70,9 @@ CornerLists corners_by_vertex(std::span<const FaceVertices> faces, std::uint64_t
   const auto face_at = [&](std::size_t at) {
     return source.face(from_code(static_cast<std::uint32_t>(same_edge[at])).face());
   };
-  throw Error(
-      ErrorCode::kInvalidArgument,
-      fmt::format("{}: edge {}-{}: expected at most two faces, found {}: faces {}, {}, {}{}{}",
-                  source.name(), low, same_edge[0] >> 32, same_edge.size(), face_at(0), face_at(1),
-                  face_at(2), same_edge.size() > 3 ? ", ..." : "", kRepairAdvice));
+  const std::array<std::uint64_t, 3> first_faces = {face_at(0), face_at(1), face_at(2)};
+  throw too_many_faces_at_edge(source.name(), low, static_cast<VertexId>(same_edge[0] >> 32),
+                               first_faces, same_edge.size());
 }
 
 /// What a part of the vertices says about the mesh.
@@ -229,10 +225,7 @@ void SideMatcher::match_edge(VertexId vertex, std::span<const std::uint64_t> sam
   if (!two.exists() || one_begins != two_begins) return;
   found_.oriented = false;
   if (reports && opposite_vertex(faces_, one) == opposite_vertex(faces_, two))
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("{}: face {}: expected a new face, found a copy of face {}{}", source_.name(),
-                    source_.face(two.face()), source_.face(one.face()), kRepairAdvice));
+    throw copied_face(source_.name(), source_.face(two.face()), source_.face(one.face()));
 }
 
 }  // namespace

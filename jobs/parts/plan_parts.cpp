@@ -157,9 +157,10 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
                     "(--max-slot)",
                     plan.levels, over_base, kMostFusedLevels));
   go_on(2);
-  if (plan.base_level > 0) mesh = rebase(mesh, plan.base_level, request.scheme, file.precision);
-  LaidOutMesh laid_out = lay_out(mesh, request.layout);
-  mesh = std::move(laid_out.mesh);
+  if (plan.base_level > 0)
+    mesh = rebase(in_input_order(std::move(mesh)), plan.base_level, request.scheme, file.precision);
+  LaidOutMesh ordered = laid_out(std::move(mesh), request.layout);
+  mesh = std::move(ordered.mesh);
   if (request.parts > mesh.edge_count() || request.parts > kMostShards)
     throw Error(
         ErrorCode::kInvalidArgument,
@@ -172,7 +173,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   file.edge_count = mesh.edge_count();
   file.face_count = mesh.face_count();
   file.scheme = to_string(request.scheme);
-  file.layout = to_string(laid_out.kind);
+  file.layout = to_string(ordered.kind);
   file.normals = request.normals;
   file.limit = request.limit;
   file.block_bytes =

@@ -259,7 +259,8 @@ Job plan_job() {
   JobTable<PlanArguments> table("plan", "Cut a subdivision or a pass into parts for many machines");
   table
       .path("input", &PlanArguments::mesh,
-            "PLY, OBJ or OFF, also .gz and .zst; for --pass and --of a store in shards")
+            "PLY, OBJ or OFF, also .gz and .zst; or what plait layout made; for --pass and --of a "
+            "store in shards")
       .at(0)
       .required();
   table.output("plan", &PlanArguments::plan, "The plan to make, a directory").at(1).required();

@@ -48,19 +48,20 @@ BaseMesh PlannedRun::make_base(BaseMesh mesh) {
   Stopwatch clock;
   enter("base mesh");
   if (plan_.base_level > 0)
-    mesh = rebase(mesh, plan_.base_level, plan_.subdivide.scheme, plan_.precision);
+    mesh = rebase(in_input_order(std::move(mesh)), plan_.base_level, plan_.subdivide.scheme,
+                  plan_.precision);
   result_.import_seconds = plan_.import_seconds;
   result_.base = figures_of(mesh);
   result_.refine_seconds = clock.lap();
 
   enter("layout");
-  LaidOutMesh laid_out = lay_out(mesh, plan_.layout);
+  LaidOutMesh ordered = laid_out(std::move(mesh), plan_.layout);
   result_.layout_seconds = clock.lap();
-  result_.spans = laid_out.spans;
-  plan_.layout = laid_out.kind;
-  if (store_) check_same_mesh(*store_, laid_out.mesh, plan_);
+  result_.spans = ordered.spans;
+  plan_.layout = ordered.kind;
+  if (store_) check_same_mesh(*store_, ordered.mesh, plan_);
   throw_refusal(plan_);
-  return std::move(laid_out.mesh);
+  return std::move(ordered.mesh);
 }
 
 void PlannedRun::create_store(BaseMesh base) {

@@ -234,7 +234,9 @@ void add_run_options(JobTable<SubdivideArguments>& table) {
 
 Job subdivide_job() {
   JobTable<SubdivideArguments> table("subdivide", "Refine a mesh into a store");
-  table.path("input", &SubdivideArguments::mesh, "PLY, OBJ, OFF or STL, also .gz and .zst")
+  table
+      .path("input", &SubdivideArguments::mesh,
+            "PLY, OBJ, OFF or STL, also .gz and .zst; or what plait layout made")
       .at(0)
       .required();
   table

@@ -20,7 +20,7 @@ from .errors import (AlreadyExists, BadState, Busy, Cancelled, Damaged, Error, I
                      InternalError, InvalidArgument, NoSpace, NoSuchAttribute, NoSuchLevel, NotFound,
                      NotSupported, OutOfMemory, TooLarge)
 from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, check,
-                   compare, convert, export, generate, import_mesh, join, part, plan, prune, publish, remesh, render,
+                   compare, convert, export, generate, import_mesh, join, layout, part, plan, prune, publish, remesh, render,
                    run_pass, status, subdivide,
                    verify)
 from .mesh import Mesh, triangles
@@ -54,6 +54,6 @@ __all__ = [
     "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "Input", "InputOutputError", "InternalError",
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NoSuchLevel", "NotFound",
     "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Points", "Remeshing", "Shown", "Statistics", "Store", "Subdivision", "TooLarge",
-    "VerifyReport", "Vertices", "build_info", "check", "compare", "convert", "create", "export", "generate", "import_mesh", "join", "load_plugin",
+    "VerifyReport", "Vertices", "build_info", "check", "compare", "convert", "create", "export", "generate", "import_mesh", "join", "layout", "load_plugin",
     "open", "part", "plan", "prune", "publish", "remesh", "render", "run_pass", "show", "status", "subdivide",
     "triangles", "verify"]

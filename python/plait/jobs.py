@@ -282,6 +282,9 @@ run_pass = _job("pass", "run_pass", dict,
     of --json. Without `out` the commit makes the next version of the store.""")
 generate = _job("generate", "generate", dict,
                 """Makes a base mesh from a seed, as `plait generate` does: a dict, that of --json.""")
+layout = _job("layout", "layout", dict,
+              """Puts a mesh larger than memory in the order of a store, as `plait layout MESH OUT` does: a dict, that of
+    --json. `subdivide` and `plan` take `out` as their mesh.""")
 render = _job("render", "render", dict,
               """Draws one level of a store as a PNG, as `plait render` does: a dict, that of --json.""")
 prune = _job("prune", "prune", dict,

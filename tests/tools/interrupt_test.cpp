@@ -49,6 +49,20 @@ TEST_CASE("Subdivide_Interrupted_LeavesNothingAndSaysWhy") {
     }
 }
 
+TEST_CASE("Layout_Interrupted_LeavesNothingAndSaysWhy") {
+  const TemporaryDirectory here;
+  REQUIRE(run(here.path(), {"generate", "torus", "torus.ply", "--vertices", "200000"}).status == 0);
+  for (const int signal_number : {SIGINT, SIGTERM}) {
+    CAPTURE(signal_number);
+    const Outcome outcome =
+        interrupt(here.path(), {"layout", "torus.ply", "t.base", "--json"}, signal_number);
+    CHECK(outcome.status == 128 + signal_number);
+    CHECK(outcome.error_lines() == 1);
+    CHECK(outcome.json()["error"]["code"] == "cancelled");
+    CHECK(names_in(here.path()) == Names{"torus.ply"});
+  }
+}
+
 TEST_CASE("Subdivide_InterruptedWhileItRounds_LeavesTheStoreThatWasThere") {
   const TemporaryDirectory here;
   REQUIRE(run(here.path(), {"generate", "torus", "torus.ply", "--vertices", "2000"}).status == 0);
@@ -128,10 +142,13 @@ TEST_CASE("Files_AsLongAsTheyMayGet_AreAnErrorAndNoSignal") {
   const TemporaryDirectory here;
   REQUIRE(run(here.path(), {"generate", "torus", "torus.ply", "--vertices", "2000"}).status == 0);
   REQUIRE(run(here.path(), {"subdivide", "torus.ply", "s.plait", "--levels", "4"}).status == 0);
+  REQUIRE(run(here.path(), {"generate", "torus", "big_torus.ply", "--vertices", "60000"}).status ==
+          0);
   const Names before = names_in(here.path());
   const std::vector<Names> all = {
       {"generate", "torus", "big.ply", "--vertices", "100000", "--json"},
       {"export", "s.plait", "out.ply", "--json"},
+      {"layout", "big_torus.ply", "t.base", "--json"},
       {"convert", "s.plait", "copy.plait", "--backend", "compressed", "--json"},
       {"convert", "s.plait", "copy.plait", "--backend", "mmap", "--json"},
       {"convert", "s.plait", "copy.plait", "--backend", "pread", "--json"}};

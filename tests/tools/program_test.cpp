@@ -98,6 +98,10 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"displace", "missing.plait", "out.plait", "--amplitude", "2"},
       {"displace", "missing.plait", "out.plait", "--amplitude", "-0.1"},
       {"layout", "mesh.ply", "--layout", "alphabetical"},
+      {"layout", "mesh.ply", "--memory", "1G"},
+      {"layout", "mesh.ply", "m.base", "--layout", "rcm"},
+      {"layout", "mesh.ply", "m.base", "--png", "spans.png"},
+      {"layout", "mesh.ply", "m.base", "--memory", "much"},
       {"layout", "mesh.ply", "--png", "spans.jpg"},
       {"layout", "mesh.ply", "--png", "-"},
       {"generate", "torus", "-"},
@@ -225,6 +229,8 @@ TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
       {"displace", "s.plait", "d.plait", "--json"},
       {"pass", "d.plait", "smooth", "--json"},
       {"layout", "torus.ply", "--json"},
+      {"layout", "torus.ply", "t.base", "--json"},
+      {"subdivide", "t.base", "of_base.plait", "--levels", "1", "--json"},
       {"render", "s.plait", "s.png", "--size", "64x48", "--json"}};
   for (const Names& arguments : all) {
     CAPTURE(arguments[0]);

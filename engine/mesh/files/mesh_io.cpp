@@ -83,6 +83,12 @@ std::string_view way_to_keep(bool is_ply, const Reading& reading) {
 
 AttributedMesh read_mesh(Input& input, Reading reading) {
   const Reader reader = find_reader(input);
+  if (reading.sink != nullptr && reader != read_ply)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("read {}: expected a PLY file, which can be read in parts: others are "
+                            "read into memory as a whole",
+                            input.path().native()))
+        .about(input.path());
   AttributedMesh read = reader(input, reading);
   if (const std::uint64_t bytes = input.padding_bytes(); bytes > 0)
     reading.warn(fmt::format("{}: {} {} of zeros or ^Z behind the text ignored",
@@ -112,6 +118,13 @@ void Reading::leave_out_of(std::string_view what, std::uint64_t number, std::str
 void Reading::leave_out_of_vertices(std::string_view what, std::uint64_t number) {
   leave_out_of(what, number, "vertex", "vertices");
   leaves_out_of_vertices = leaves_out_of_vertices || number > 0;
+}
+
+void stream_mesh(const std::filesystem::path& path, MeshSink& sink, Warnings* warnings) {
+  with_memory_errors("read " + path.native(), [&] {
+    Input input(path);
+    return read_mesh(input, {.sink = &sink, .warnings = warnings}).mesh.faces.empty();
+  });
 }
 
 IndexedMesh read_indexed_mesh(const std::filesystem::path& path, Warnings* warnings) {

@@ -21,6 +21,7 @@
 #include "mesh/files/ply_values.h"
 #include "mesh/files/readers.h"
 #include "mesh/narrowing.h"
+#include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -105,6 +106,7 @@ class PlyReader {
 
   IndexedMesh finish() {
     divider_.finish(input_, 0, reading_.warnings);
+    if (reading_.sink != nullptr) reading_.sink->take(std::exchange(mesh_, {}));
     if (ignored_bytes_ > 0)
       reading_.warn(fmt::format("{}: {} bytes after the last element of the header were ignored",
                                 input_.path().native(), ignored_bytes_));
@@ -127,17 +129,19 @@ class PlyReader {
  private:
   template <class Values>
   void read_body(Values values) {
+    if (reading_.sink != nullptr) reading_.sink->begin(vertices_->count, faces_->count);
     for (const PlyElement& element : header_.elements) {
       // Elements without properties take no bytes, whatever their count.
       if (element.properties.empty()) continue;
       if (&element == vertices_) {
         const std::uint64_t count = input_.plausible_count(element.count, element.least_bytes());
-        reserve_huge(mesh_.positions, count);
+        if (reading_.sink == nullptr) reserve_huge(mesh_.positions, count);
         for (std::size_t at = 0; at < attributes_.size(); ++at)
           reserve_huge(records_[at], count * attributes_[at].schema.record_bytes());
         read_vertices(values);
       } else if (&element == faces_) {
-        reserve_huge(mesh_.faces, input_.plausible_count(element.count, least_triangle_bytes()));
+        if (reading_.sink == nullptr)
+          reserve_huge(mesh_.faces, input_.plausible_count(element.count, least_triangle_bytes()));
         read_faces(values);
       } else {
         skip_element(values, element);
@@ -161,6 +165,15 @@ class PlyReader {
   };
   std::vector<RecordPart> record_parts();
 
+  void give_part() {
+    if (reading_.sink == nullptr ||
+        std::max(mesh_.positions.size(), mesh_.faces.size()) < MeshSink::kPart)
+      return;
+    reading_.sink->take(mesh_);
+    mesh_.positions.clear();
+    mesh_.faces.clear();
+  }
+
   void check_header();
   void leave_out() const;
   std::uint64_t least_triangle_bytes() const;
@@ -176,6 +189,8 @@ class PlyReader {
   void read_faces(Values& values);
   template <class Values>
   void read_face(Values& values);
+  template <class Values>
+  [[noreturn]] void refuse_polygon(const Values& values, std::uint64_t corners) const;
   std::uint64_t read_vertices_in_bulk(BinaryPlyValues& values);
   template <class Values>
   void add_numbers(Values& values, std::span<const double> numbers);
@@ -353,6 +368,7 @@ std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
     }
     input_.consume(ready * stride);
     done += ready;
+    give_part();
   }
   return done;
 }
@@ -398,6 +414,7 @@ void PlyReader::read_vertices(Values& values) {
     add_numbers(values, numbers);
     values.end_element();
     mesh_.positions.push_back(p);
+    give_part();
   }
 }
 
@@ -430,6 +447,17 @@ bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values) {
   return true;
 }
 
+/// Dividing a polygon needs the positions of its corners, which may be anywhere.
+template <class Values>
+void PlyReader::refuse_polygon(const Values& values, std::uint64_t corners) const {
+  try {
+    values.refuse("a triangle, because only these are read in parts",
+                  fmt::format("{} corners", corners));
+  } catch (const Error& error) {
+    throw Error(ErrorCode::kNotSupported, error.what()).about(input_.path());
+  }
+}
+
 template <class Values>
 void PlyReader::read_face(Values& values) {
   for (std::size_t i = 0; i < faces_->properties.size(); ++i) {
@@ -440,6 +468,7 @@ void PlyReader::read_face(Values& values) {
     }
     const std::uint64_t corners = read_list_count(values, property);
     if (corners < 3) values.refuse("three corners or more", fmt::format("{}", corners));
+    if (corners > 3 && reading_.sink != nullptr) refuse_polygon(values, corners);
     divider_.begin();
     for (std::uint64_t corner = 0; corner < corners; ++corner) {
       const double index = values.value(property.type);
@@ -460,6 +489,7 @@ void PlyReader::read_faces(Values& values) {
     bulk = lists == 1;
   }
   for (std::uint64_t face = 0; face < faces_->count; ++face) {
+    give_part();
     if constexpr (std::is_same_v<Values, BinaryPlyValues>)
       if (bulk && read_triangle_in_bulk(values)) continue;
     values.begin_element({"face", face, faces_->count});

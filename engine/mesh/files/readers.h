@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mesh/files/input.h"
+#include "mesh/files/mesh_stream.h"
 #include "plait/extend/attributed_mesh.h"
 #include "plait/mesh_io.h"
 
@@ -18,7 +19,8 @@ using Warnings = std::vector<std::string>;
 
 /// What a reader shall read, and what it has to say.
 struct Reading {
-  bool attributes = false;  ///< those of vertices, if the format names and types them
+  MeshSink* sink = nullptr;  ///< who gets the mesh, part by part; for PLY files
+  bool attributes = false;   ///< those of vertices, if the format names and types them
   Warnings* warnings = nullptr;
   /// What the file has and the mesh has not, each with its number: "texture coordinates of 8
   /// vertices".

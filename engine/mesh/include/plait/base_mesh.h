@@ -17,6 +17,7 @@
 PLAIT_BEGIN_NAMESPACE
 
 class FaceDepths;
+class File;
 class LevelGeometry;
 class SlotShapes;
 struct BaseRelativeLevel;
@@ -79,6 +80,14 @@ struct MeshArrays {
   std::uint64_t input_vertex_count = 0;
 };
 
+/// Files that have exactly what a store writes of a mesh; nullptr: there is none. They live as long
+/// as the mesh.
+struct StoredBase {
+  const File* mesh = nullptr;   ///< base.mesh
+  const File* index = nullptr;  ///< base.index, which follows from it
+  std::uint64_t mesh_checksum = 0;
+};
+
 /// The arrays of a mesh that are read by pages. The spans of arrays() have their sizes and their
 /// addresses from the start. What the other functions are asked for is there when they return, is
 /// checked, and never changes again: a number in it is below the count of what it refers to.
@@ -105,6 +114,7 @@ class MeshPages {
                                    const std::string& what) const = 0;
   /// Of what was read until now.
   virtual std::uint64_t memory_bytes() const noexcept = 0;
+  virtual StoredBase stored() const noexcept { return {}; }
 };
 
 /// An oriented 2-manifold with or without border, of any genus, with any number of components.
@@ -175,6 +185,11 @@ class BaseMesh {
   BaseMesh around(EdgeId first, EdgeId after) const;
   /// nullptr but for the result of around().
   const MeshRegion* region() const noexcept { return region_.get(); }
+
+  /// What a new store of this mesh may copy instead of writing it.
+  StoredBase stored_base() const noexcept {
+    return pages_ && !maps_owner_ ? pages_->stored() : StoredBase();
+  }
 
   std::uint64_t vertex_count() const { return arrays_.positions.size(); }
   std::uint64_t edge_count() const { return arrays_.mesh.edges.size(); }
