@@ -313,8 +313,10 @@ TEST_CASE("StoreCommit_WithoutAChange_MakesNoVersion") {
     CHECK(store.sequence() == sequence);
   };
   commits(1);
-  base[3] ^= std::byte{1};  // records that the program got before the commit
-  commits(1);
+  for (const std::size_t at : {3u, 4u, 3u}) {
+    base[at] ^= std::byte{1};  // records that the program got before the first of these commits
+    commits(1);
+  }
   store.base_bytes(id);
   commits(0);
   sweep(store, pass_of(Access::kUpdate, 2), {});
@@ -334,6 +336,8 @@ TEST_CASE("StoreCommit_WithoutAChange_MakesNoVersion") {
   store.close();
   store = Store::open(path, {.writable = true}, default_backends());
   commits(0);
+  StoreAccess::base_bytes(store, 0, Access::kUpdate)[5] ^= std::byte{1};  // as a pass does
+  commits(1);
   store.base_bytes(0)[3] ^= std::byte{1};
   commits(1);
 }
