@@ -3,6 +3,8 @@
 #include <rocksdb/c.h>
 
 #include <array>
+#include <string>
+#include <type_traits>
 #include <utility>
 
 #include "peers/slot_store.h"
@@ -10,23 +12,26 @@
 namespace plait::bench {
 namespace {
 
-/// What a call of RocksDB says. Its functions set a text that the caller frees.
-class Status {
- public:
-  operator char**() { return &text_; }
-  ~Status() noexcept(false) {
-    if (!text_) return;
-    const std::string why = text_;
-    rocksdb_free(text_);
-    refuse("rocksdb", why);
-  }
-  Status() = default;
-  Status(const Status&) = delete;
-  Status& operator=(const Status&) = delete;
+void refuse_if(char* text) {
+  if (!text) return;
+  const std::string why = text;
+  rocksdb_free(text);
+  refuse("rocksdb", why);
+}
 
- private:
-  char* text_ = nullptr;
-};
+/// Calls call(char** error). The functions of RocksDB set a text that the caller frees.
+template <class Call>
+auto checked(Call call) {
+  char* text = nullptr;
+  if constexpr (std::is_void_v<decltype(call(&text))>) {
+    call(&text);
+    refuse_if(text);
+  } else {
+    const auto result = call(&text);
+    refuse_if(text);
+    return result;
+  }
+}
 
 /// Sorts as SlotKey::number() does.
 std::array<char, 8> name_of(const SlotKey& key) {
@@ -52,7 +57,8 @@ class RocksdbSlots final : public SlotStore {
     rocksdb_options_set_create_if_missing(options_.get(), 1);
     rocksdb_options_set_compression(options_.get(), rocksdb_no_compression);
     rocksdb_writeoptions_set_sync(durable_.get(), 1);
-    database_.reset(rocksdb_open(options_.get(), path_.c_str(), Status()));
+    database_.reset(
+        checked([&](char** error) { return rocksdb_open(options_.get(), path_.c_str(), error); }));
   }
 
   void load(const FillSlot& fill) override {
@@ -62,29 +68,35 @@ class RocksdbSlots final : public SlotStore {
         rocksdb_sstfilewriter_create(surroundings.get(), options_.get()),
         rocksdb_sstfilewriter_destroy);
     const std::string file = path_.native() + ".sst";
-    rocksdb_sstfilewriter_open(writer.get(), file.c_str(), Status());
+    checked([&](char** error) { rocksdb_sstfilewriter_open(writer.get(), file.c_str(), error); });
     std::vector<std::byte> bytes;
     sizes_.for_each([&](const SlotKey& key) {
       bytes.resize(SlotSizes::bytes(key.level));
       fill(key, bytes);
       const std::array<char, 8> name = name_of(key);
-      rocksdb_sstfilewriter_put(writer.get(), name.data(), name.size(),
-                                reinterpret_cast<const char*>(bytes.data()), bytes.size(),
-                                Status());
+      checked([&](char** error) {
+        rocksdb_sstfilewriter_put(writer.get(), name.data(), name.size(),
+                                  reinterpret_cast<const char*>(bytes.data()), bytes.size(), error);
+      });
     });
-    rocksdb_sstfilewriter_finish(writer.get(), Status());
+    checked([&](char** error) { rocksdb_sstfilewriter_finish(writer.get(), error); });
     const Owned<rocksdb_ingestexternalfileoptions_t> ingest(
         rocksdb_ingestexternalfileoptions_create(), rocksdb_ingestexternalfileoptions_destroy);
     rocksdb_ingestexternalfileoptions_set_move_files(ingest.get(), 1);
     const char* const files[] = {file.c_str()};
-    rocksdb_ingest_external_file(database_.get(), files, 1, ingest.get(), Status());
+    checked([&](char** error) {
+      rocksdb_ingest_external_file(database_.get(), files, 1, ingest.get(), error);
+    });
   }
   void read(FaceId, std::span<const SlotKey> keys, std::span<std::byte> into) override {
     for (const SlotKey& key : keys) {
       const std::array<char, 8> name = name_of(key);
-      const Owned<rocksdb_pinnableslice_t> found(
-          rocksdb_get_pinned(database_.get(), reading_.get(), name.data(), name.size(), Status()),
-          rocksdb_pinnableslice_destroy);
+      const Owned<rocksdb_pinnableslice_t> found(checked([&](char** error) {
+                                                   return rocksdb_get_pinned(
+                                                       database_.get(), reading_.get(), name.data(),
+                                                       name.size(), error);
+                                                 }),
+                                                 rocksdb_pinnableslice_destroy);
       std::size_t bytes = 0;
       const char* const from = found ? rocksdb_pinnableslice_value(found.get(), &bytes) : nullptr;
       if (!from) refuse("rocksdb", "no such row");
@@ -103,7 +115,8 @@ class RocksdbSlots final : public SlotStore {
       rocksdb_writebatch_put(batch.get(), name.data(), name.size(),
                              reinterpret_cast<const char*>(bytes.data()), bytes.size());
     }
-    rocksdb_write(database_.get(), durable_.get(), batch.get(), Status());
+    checked(
+        [&](char** error) { rocksdb_write(database_.get(), durable_.get(), batch.get(), error); });
   }
 
  private:
