@@ -170,7 +170,7 @@ TEST_CASE("Laying out in files gives the bytes of laying out in memory") {
                  5),
         Form::kLittleEndian);
     const Result expected = in_memory(path);
-    const std::uint64_t share = part * part;
+    const std::uint64_t share = std::uint64_t{part} * part;
     for (const SortMemory memory :
          {SortMemory{(1u << 20) / share, (1u << 17) / share}, SortMemory{(12u << 20) / share}}) {
       const Result found = in_files(path, memory);
