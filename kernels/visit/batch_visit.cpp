@@ -228,7 +228,7 @@ class BatchVisit {
         continue;
       }
       for_each_ring_run(depths_, plan_.shape_of(refinement, edge), refinement,
-                        [&](const RingRun& run) { add_run(view, slot, run); });
+                        [&](const RingRun& run, auto) { add_run(view, slot, run); });
     }
   }
 

@@ -110,7 +110,8 @@ class Source<RecordsOf<Record, kHow>> {
   }
   void begin(const SweepView&, std::size_t, EdgeId, int) noexcept {}
   void begin_base(const VisitPlan&, std::size_t) noexcept {}
-  Argument at(const SweepView& view, const VertexPlace& place) const noexcept {
+  template <class HasWholeRings>
+  Argument at(const SweepView& view, const VertexPlace& place, HasWholeRings) const noexcept {
     return view.records<typename Argument::element_type>(place.access, place.run.level, place.edge)
         .subspan(place.rings.position, place.run.count);
   }
@@ -150,13 +151,17 @@ class Source<RingsOf<Record>> {
     rings_.set(edge, *grid.at(grid.size() - from_start, from_start),
                *grid.at(from_end, grid.size() - from_end));
   }
-  VertexRings<Record> at(const SweepView&, const VertexPlace& place) const noexcept {
+  template <bool kHasWholeRings>
+  VertexRings<Record> at(const SweepView&, const VertexPlace& place,
+                         std::bool_constant<kHasWholeRings>) const noexcept {
     const AroundEdge& around = around_edges_[static_cast<std::size_t>(place.worker)];
     const RingRun& run = place.rings;
-    const std::span<const std::ptrdiff_t> steps =
-        (run.depth == around.depths.own ? around.own : around.other).of(run.extent);
-    return {around.grid.at(run.p, run.q), run.step, steps.data(), static_cast<int>(steps.size()),
-            run.extent != RingExtent::kWhole};
+    const RingSteps& steps = run.depth == around.depths.own ? around.own : around.other;
+    const Record* const first = around.grid.at(run.p, run.q);
+    if constexpr (kHasWholeRings)
+      return {first, run.step, steps.whole.data(), 6, false};
+    else
+      return {first, run.step, steps.of(run.extent).data(), 4, true};
   }
   void begin_base(const VisitPlan& plan, std::size_t access) {
     if (plan.refinements() == 0) return;
@@ -224,26 +229,25 @@ void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>..
   plan.run(
       [&](const SweepView& view, EdgeId edge, int worker) {
         (std::get<kNumbers>(sources).begin(view, kNumbers, edge, worker), ...);
-        const auto call = [&](VertexPlace place) {
+        const auto call = [&](VertexPlace& place, auto has_whole_rings) {
           const auto at = [&](auto& source, std::size_t access) {
             place.access = access;
-            return source.at(view, place);
+            return source.at(view, place, has_whole_rings);
           };
           kernel(std::as_const(place.run), at(std::get<kNumbers>(sources), kNumbers)...);
         };
         for (int refinement = 1; refinement <= plan.refinements(); ++refinement) {
-          const VertexPlace slot{0, edge, worker, plan.run_of(refinement, edge, worker), {}};
+          VertexPlace place{0, edge, worker, plan.run_of(refinement, edge, worker), {}};
           if constexpr ((Specs::kRings || ...))
             for_each_ring_run(plan.depths_of(edge), plan.shape_of(refinement, edge), refinement,
-                              [&](const RingRun& rings) {
-                                VertexPlace place = slot;
-                                place.run.first += rings.position;
+                              [&, first = place.run.first](const RingRun& rings, auto is_whole) {
+                                place.run.first = first + rings.position;
                                 place.run.count = rings.count;
                                 place.rings = rings;
-                                call(place);
+                                call(place, is_whole);
                               });
-          else if (slot.run.count > 0)
-            call(slot);
+          else if (place.run.count > 0)
+            call(place, std::true_type{});
         }
       },
       [&] {

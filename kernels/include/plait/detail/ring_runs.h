@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "plait/detail/namespace.h"
 #include "plait/detail/slot_shapes.h"
@@ -66,8 +67,9 @@ struct RingSteps {
   }
 };
 
-/// Calls visit(RingRun) for the vertices of a slot, row by row. The grid has the level
-/// depths.deeper(). `shape` is that of the slot at `refinement`.
+/// Calls visit(RingRun, std::bool_constant) for the vertices of a slot, row by row. The constant is
+/// whether the rings are whole, so that what visits them can be compiled for six neighbours and for
+/// four. The grid has the level depths.deeper(). `shape` is that of the slot at `refinement`.
 template <class Visit>
 void for_each_ring_run(const EdgeDepths& depths, SlotShape shape, int refinement, Visit visit) {
   if (shape == SlotShape::kAbsent) return;
@@ -78,7 +80,6 @@ void for_each_ring_run(const EdgeDepths& depths, SlotShape shape, int refinement
   const bool turned = shape == SlotShape::kHalf && depths.own < refinement;
   for (std::int64_t row = 0; row < n; ++row) {
     const auto run = [&](std::int64_t column, std::int64_t count, int depth, RingExtent extent) {
-      if (count <= 0) return;
       RingRun of;
       of.position = static_cast<std::size_t>(slot_position(refinement, shape, row, column));
       of.count = static_cast<std::size_t>(count);
@@ -92,20 +93,28 @@ void for_each_ring_run(const EdgeDepths& depths, SlotShape shape, int refinement
       }
       of.depth = depth;
       of.extent = extent;
-      visit(of);
+      return of;
     };
-    const std::int64_t inside = n - 1 - row;  // the column of the vertex on the edge
-    if (shape == SlotShape::kHalf) {
-      const int depth = turned ? depths.other : depths.own;
-      run(0, inside, depth, RingExtent::kWhole);
-      run(inside, 1, depth, turned ? RingExtent::kOtherFace : RingExtent::kOwnFace);
-    } else if (depths.own == depths.other) {
-      run(0, n, depths.own, RingExtent::kWhole);
-    } else {
-      run(0, inside, depths.own, RingExtent::kWhole);
-      run(inside, 1, depths.shallower(), RingExtent::kWhole);
-      run(inside + 1, row, depths.other, RingExtent::kWhole);
-    }
+    const std::int64_t edge = n - 1 - row;  // the column of the vertex on the edge
+    // At most three runs of whole rings, and one of half a ring.
+    struct Whole {
+      std::int64_t column, count;
+      int depth;
+    };
+    const bool is_half = shape == SlotShape::kHalf, is_even = depths.own == depths.other;
+    const int of_half = turned ? depths.other : depths.own;
+    const std::array<Whole, 3> whole = {
+        {is_half   ? Whole{0, edge, of_half}
+         : is_even ? Whole{0, n, depths.own}
+                   : Whole{0, edge, depths.own},
+         is_half || is_even ? Whole{} : Whole{edge, 1, depths.shallower()},
+         is_half || is_even ? Whole{} : Whole{edge + 1, row, depths.other}}};
+    for (const Whole& part : whole)
+      if (part.count > 0)
+        visit(run(part.column, part.count, part.depth, RingExtent::kWhole), std::true_type{});
+    if (is_half)
+      visit(run(edge, 1, of_half, turned ? RingExtent::kOtherFace : RingExtent::kOwnFace),
+            std::false_type{});
   }
 }
 
