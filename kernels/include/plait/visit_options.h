@@ -15,10 +15,12 @@ struct VisitOptions {
   /// Visits the vertices of levels 0 to `level`. -1: the finest level of the attributes, which must
   /// then have equally many levels.
   int level = -1;
-  /// 1 to 1024; 0: all processors. A visit that reads rings takes fewer if the budget of the store
-  /// does not hold its blocks and the grids of all threads but the first one, which it lends.
+  /// 1 to 1024; 0: all processors. The budget of the store lends a visit that reads rings the grids
+  /// of all threads but the first one. The visit takes fewer threads if the budget does not hold
+  /// these grids and the blocks.
   int threads = 1;
-  /// Called once, before the visit, with the number of threads that it takes.
+  /// Called once, by the thread that calls visit_vertices(), before the visit changes anything, with
+  /// the number of threads that the visit takes.
   std::function<void(int threads)> begins = {};
   /// Counts vertices; called between blocks. Levels that a cancelled visit writes stay unfinished.
   /// The last call has done == total, and its result does not matter.
