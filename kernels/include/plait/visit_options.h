@@ -19,8 +19,8 @@ struct VisitOptions {
   /// of all threads but the first one. The visit takes fewer threads if the budget does not hold
   /// these grids and the blocks.
   int threads = 1;
-  /// Called once, by the thread that calls visit_vertices(), before the visit changes anything, with
-  /// the number of threads that the visit takes.
+  /// Called once, by the thread that calls visit_vertices(), before the visit changes anything,
+  /// with the number of threads that the visit takes.
   std::function<void(int threads)> begins = {};
   /// Counts vertices; called between blocks. Levels that a cancelled visit writes stay unfinished.
   /// The last call has done == total, and its result does not matter.
