@@ -97,15 +97,13 @@ void Ranks::hand_out(PartQueue& queue, const MakePart& make,
                      const std::function<void()>& watch) const {
   std::atomic<bool> has_ended = false;
   JoinedThreads own;
-  own.start("the thread of this rank's own parts", [&] {
+  // The first part is this rank's own, however fast the others are.
+  own.start("the thread of this rank's own parts", [&, part = queue.next(0)]() mutable {
     Endurance endurance;
-    bool goes_on = true;
-    while (goes_on) {
-      const std::optional<std::uint32_t> part = queue.wait_for_next(0);
-      if (!part) break;
+    while (part) {
       const PartOutcome outcome = make(*part);
       queue.end(*part, 0, outcome);
-      goes_on = endurance.goes_on(outcome);
+      part = endurance.goes_on(outcome) ? queue.wait_for_next(0) : std::nullopt;
     }
     has_ended = true;
   });
