@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "parts/files_at_once.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
 #include "store/parts/part_store.h"
@@ -22,7 +23,8 @@ std::vector<ZeroedArray<std::byte>> merge_base_records(
   std::vector<ZeroedArray<std::byte>> records;
   for (const std::size_t bytes : record_bytes) records.emplace_back(mesh.vertex_count() * bytes);
   const std::size_t all = std::accumulate(record_bytes.begin(), record_bytes.end(), std::size_t{0});
-  for (const DoneFile& done : parts) {
+  const auto merge = [&](std::size_t number) {
+    const DoneFile& done = parts[number];
     const File file(Directory(plan_directory, done.directory), kRecordsName, OpenMode::kRead);
     const std::vector<VertexId>& vertices = owned[done.part];
     if (file.size() != vertices.size() * all)
@@ -41,7 +43,8 @@ std::vector<ZeroedArray<std::byte>> merge_base_records(
         from += size;
       }
     }
-  }
+  };
+  each_file_at_once(parts.size(), "a join", merge, {});
   return records;
 }
 

@@ -11,6 +11,7 @@
 
 #include "execution/part_digest.h"
 #include "parts/done_file.h"
+#include "parts/files_at_once.h"
 #include "parts/part_blocks.h"
 #include "parts/part_work.h"
 #include "parts/plan_file.h"
@@ -33,33 +34,18 @@ class Join {
   /// Finds what is missing or bad. `description` is what done files have; empty if that is not
   /// known.
   void look_at_parts(JoinResult& result, std::span<const std::byte> description) {
+    constexpr std::size_t kPartsInMemory = 1024;  // with a description each
+    const std::size_t count = plan_.plan.parts.size();
     Digest sum;
-    for (std::uint32_t part = 0; part < plan_.plan.parts.size(); ++part) {
-      tell("parts", part);
-      try {
-        std::optional<DoneFile> done = read_done_part(directory_, plan_, part);
-        if (!done) {
-          result.missing.push_back(part);
-          continue;
-        }
-        if (!description.empty() && !std::ranges::equal(done->description, description))
-          throw Error(ErrorCode::kCorruption,
-                      fmt::format("open {}: the part makes another version than the plan",
-                                  directory_.path_of(done_file_name(part)).native()));
-        if (!parts_.empty() && done->description != parts_.front().description)
-          throw Error(
-              ErrorCode::kCorruption,
-              fmt::format("open {}: another program or other options made it than part {}",
-                          directory_.path_of(done_file_name(part)).native(), parts_.front().part));
-        sum = sum_of(sum, done->digest);
-        if (!parts_.empty()) done->description = {};  // equal to that of the first
-        parts_.push_back(std::move(*done));
-      } catch (const Error& error) {
-        if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound &&
-            error.code() != ErrorCode::kNotSupported && error.code() != ErrorCode::kIo)
-          throw;
-        bad(result, part, error.what());
-      }
+    for (std::size_t first = 0; first < count; first += kPartsInMemory) {
+      std::vector<Found> found(std::min(kPartsInMemory, count - first));
+      each_file_at_once(
+          found.size(), "a join",
+          [&](std::size_t at) { found[at] = find(static_cast<std::uint32_t>(first + at)); },
+          [&](std::size_t begun) { tell("parts", first + begun); });
+      for (std::size_t at = 0; at < found.size(); ++at)
+        take(std::move(found[at]), static_cast<std::uint32_t>(first + at), description, result,
+             sum);
     }
     result.digest = sum.to_string();
   }
@@ -99,13 +85,46 @@ class Join {
       }
     }
   }
-  void tell(const char* phase, std::uint32_t part) const {
+  void tell(const char* phase, std::size_t part) const {
     const ProgressCallback& progress = call_.options.progress;
     if (progress && !progress({phase, part, plan_.plan.parts.size()}))
       throw Error(ErrorCode::kCancelled, fmt::format("join {}: cancelled", call_.plan.native()));
   }
 
  private:
+  /// A part that is done, or why it is bad; neither if it is missing.
+  struct Found {
+    std::optional<DoneFile> done;
+    std::optional<std::string> fault;
+  };
+
+  Found find(std::uint32_t part) const try {
+    return {read_done_part(directory_, plan_, part), {}};
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound &&
+        error.code() != ErrorCode::kNotSupported && error.code() != ErrorCode::kIo)
+      throw;
+    return {{}, error.what()};
+  }
+
+  void take(Found found, std::uint32_t part, std::span<const std::byte> description,
+            JoinResult& result, Digest& sum) {
+    if (found.fault) return bad(result, part, std::move(*found.fault));
+    if (!found.done) return result.missing.push_back(part);
+    DoneFile& done = *found.done;
+    const auto name = [&] { return directory_.path_of(done_file_name(part)).native(); };
+    if (!description.empty() && !std::ranges::equal(done.description, description))
+      return bad(result, part,
+                 fmt::format("open {}: the part makes another version than the plan", name()));
+    if (!parts_.empty() && done.description != parts_.front().description)
+      return bad(result, part,
+                 fmt::format("open {}: another program or other options made it than part {}",
+                             name(), parts_.front().part));
+    sum = sum_of(sum, done.digest);
+    if (!parts_.empty()) done.description = {};  // equal to that of the first
+    parts_.push_back(std::move(done));
+  }
+
   static void bad(JoinResult& result, std::uint32_t part, std::string reason) {
     const auto at = std::ranges::lower_bound(result.bad, part);
     result.reasons.insert(result.reasons.begin() + (at - result.bad.begin()), std::move(reason));
@@ -181,7 +200,7 @@ JoinResult try_join(const Directory& directory, const PlanFile& plan, const Join
   }
   if (!result.missing.empty() || !result.bad.empty()) return result;
   work->commit(call, join.parts(), result.digest,
-               [&](std::uint32_t part) { join.tell("files", part); });
+               [&](std::size_t begun) { join.tell("files", begun); });
   if (options.verify && work->is_joined()) verify_joined(call, result);
   if (const std::size_t others = join.other_directories(); others > 0 && options.warn)
     options.warn(

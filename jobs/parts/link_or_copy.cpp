@@ -1,9 +1,5 @@
 #include "parts/link_or_copy.h"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <sys/stat.h>
-
 #include "io/copy_range.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
@@ -35,21 +31,6 @@ void give_name(const Directory& from, const std::string& name, const Directory& 
     link_or_copy(from, name, to);
   } catch (const Error&) {
     if (!has_it()) throw;
-  }
-}
-
-void check_files(const Directory& directory, const std::map<std::string, std::uint64_t>& expected,
-                 const std::string& what) {
-  for (const auto& [name, bytes] : expected) {
-    struct stat status {};
-    const bool is_there =
-        ::fstatat(directory.descriptor(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
-        S_ISREG(status.st_mode);
-    if (is_there && static_cast<std::uint64_t>(status.st_size) == bytes) continue;
-    const std::string found = is_there ? fmt::format("{} of them", status.st_size) : "no such file";
-    throw Error(ErrorCode::kBusy,
-                fmt::format("{}: expected {} bytes in {}, found {}: another process works in {}",
-                            what, bytes, name, found, directory.path().native()));
   }
 }
 

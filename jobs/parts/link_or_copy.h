@@ -1,8 +1,6 @@
 // Files of parts that get a second name in a store.
 #pragma once
 
-#include <cstdint>
-#include <map>
 #include <string>
 
 #include "plait/detail/namespace.h"
@@ -16,10 +14,5 @@ void link_or_copy(const Directory& from, const std::string& name, const Director
 /// The same in a store, where a join that was killed has left the name, or one that runs on another
 /// machine gives it now: if it is the same file, it stays. Errors: as link_or_copy().
 void give_name(const Directory& from, const std::string& name, const Directory& to);
-
-/// Throws unless the directory has these files with these sizes: another process may have removed
-/// some. `what` begins the message. Errors: kBusy.
-void check_files(const Directory& directory, const std::map<std::string, std::uint64_t>& expected,
-                 const std::string& what);
 
 PLAIT_END_NAMESPACE

@@ -71,10 +71,9 @@ class PartWork {
   virtual std::unique_ptr<PartBlocks> blocks(const JoinCall& call,
                                              const std::vector<DoneFile>& parts) = 0;
   /// Makes the store of all parts, which add up to `digest`. `tell` is called with the number of
-  /// each part.
+  /// parts that were begun.
   virtual void commit(const JoinCall& call, const std::vector<DoneFile>& parts,
-                      const std::string& digest,
-                      const std::function<void(std::uint32_t)>& tell) = 0;
+                      const std::string& digest, const std::function<void(std::size_t)>& tell) = 0;
 
  protected:
   PartWork(const Directory& plan_directory, const PlanFile& plan)

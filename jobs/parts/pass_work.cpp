@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -14,6 +13,7 @@
 #include "format/version_description.h"
 #include "job_rules.h"
 #include "parts/base_records.h"
+#include "parts/files_of_parts.h"
 #include "parts/link_or_copy.h"
 #include "parts/part_work.h"
 #include "parts/pass_result.h"
@@ -140,7 +140,7 @@ class PassWork : public PartWork {
   std::unique_ptr<PartBlocks> blocks(const JoinCall& call,
                                      const std::vector<DoneFile>& parts) override;
   void commit(const JoinCall& call, const std::vector<DoneFile>& parts, const std::string& digest,
-              const std::function<void(std::uint32_t)>& tell) override;
+              const std::function<void(std::size_t)>& tell) override;
 
  private:
   std::optional<JoinedPass> joined_;
@@ -212,7 +212,7 @@ std::unique_ptr<PartBlocks> PassWork::blocks(const JoinCall& call, const std::ve
 }
 
 void PassWork::commit(const JoinCall& call, const std::vector<DoneFile>& parts, const std::string&,
-                      const std::function<void(std::uint32_t)>& tell) {
+                      const std::function<void(std::size_t)>& tell) {
   const Directory& store = joined_->store;
   const StoredVersion& version = joined_->version;
   if (joined_->is_later) {
@@ -234,19 +234,10 @@ void PassWork::commit(const JoinCall& call, const std::vector<DoneFile>& parts, 
   for (const FaceAttributeRecord& attribute : joined_->next.face_attributes)
     faces.push_back(version.read_face_records(attribute));
   VersionDescription description = joined_->next;
-  std::map<std::string, std::uint64_t> expected;
-  for (const DoneFile& done : parts) {
-    tell(done.part);
-    const Directory inside(directory_, done.directory);
-    for (const auto& level : done.levels) {
-      give_name(inside, level.name, store);
-      expected[level.name] = level.bytes;
-    }
-    const std::string tables = tables_file_name(plan_.version(), done.part);
-    give_name(inside, tables, store);
-    expected[tables] = File(inside, tables, OpenMode::kRead).size();
+  std::vector<ExpectedFile> expected;
+  give_files_of_parts(directory_, parts, plan_.version(), store, give_name, tell, expected);
+  for (const DoneFile& done : parts)
     description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
-  }
   check_files(store, expected, "join " + call.plan.native());
   publish_version(
       store, joined_->lock, plan_.plan.uuid, plan_.version(),

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <map>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "format/checksum.h"
 #include "format/file_names.h"
 #include "parts/base_records.h"
+#include "parts/files_of_parts.h"
 #include "parts/link_or_copy.h"
 #include "parts/mend_shards.h"
 #include "parts/subdivision_work.h"
@@ -66,28 +66,19 @@ std::unique_ptr<PartBlocks> SubdivisionWork::blocks(const JoinCall& call,
 
 void SubdivisionWork::make_store(const std::filesystem::path& path,
                                  const std::vector<DoneFile>& parts,
-                                 const std::function<void(std::uint32_t)>& tell) const {
+                                 const std::function<void(std::size_t)>& tell) const {
   const Directory store = claim_store_directory(path, Durability::kCommit);
   VersionDescription description = description_of(parts);
-  std::map<std::string, std::uint64_t> expected;
-  const auto take = [&](const Directory& from, const std::string& name, std::uint64_t bytes) {
-    link_or_copy(from, name, store);
-    expected[name] = bytes;
-  };
-  const auto size_of = [](const Directory& from, const std::string& name) {
-    return File(from, name, OpenMode::kRead).size();
-  };
-  take(directory_, kBaseMeshName, plan_.base_mesh.bytes);
-  if (directory_.contains(kBaseIndexName))
-    take(directory_, kBaseIndexName, size_of(directory_, kBaseIndexName));
-  for (const DoneFile& done : parts) {
-    tell(done.part);
-    const Directory inside(directory_, done.directory);
-    for (const auto& level : done.levels) take(inside, level.name, level.bytes);
-    const std::string tables = tables_file_name(1, done.part);
-    take(inside, tables, size_of(inside, tables));
-    description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
+  std::vector<ExpectedFile> expected;
+  link_or_copy(directory_, kBaseMeshName, store);
+  expected.push_back({kBaseMeshName, plan_.base_mesh.bytes});
+  if (directory_.contains(kBaseIndexName)) {
+    link_or_copy(directory_, kBaseIndexName, store);
+    expected.push_back({kBaseIndexName, File(directory_, kBaseIndexName, OpenMode::kRead).size()});
   }
+  give_files_of_parts(directory_, parts, 1, store, link_or_copy, tell, expected);
+  for (const DoneFile& done : parts)
+    description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
   std::vector<std::size_t> record_bytes;
   for (const AttributeRecord& attribute : description.attributes)
     record_bytes.push_back(attribute.schema.record_bytes());
@@ -96,7 +87,7 @@ void SubdivisionWork::make_store(const std::filesystem::path& path,
   const auto records = merge_base_records(directory_, plan_, parts, read_mesh(base_), record_bytes);
   publish_version(store, lock, plan_.plan.uuid, 1,
                   {std::move(description), {records.begin(), records.end()}, {}}, true);
-  expected[version_file_name(1)] = open_newest_version(store).manifest.version_bytes;
+  expected.push_back({version_file_name(1), open_newest_version(store).manifest.version_bytes});
   check_files(store, expected, "join " + directory_.path().native());
 }
 
@@ -116,7 +107,7 @@ void SubdivisionWork::publish(const JoinCall& call, UnpublishedStore& output) {
 
 void SubdivisionWork::commit(const JoinCall& call, const std::vector<DoneFile>& parts,
                              const std::string& digest,
-                             const std::function<void(std::uint32_t)>& tell) {
+                             const std::function<void(std::size_t)>& tell) {
   const JoinOptions& options = call.options;
   if (is_joined_) {
     if (options.concat || parts.empty()) return;

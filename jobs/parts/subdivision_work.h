@@ -34,7 +34,7 @@ class SubdivisionWork : public PartWork {
   std::unique_ptr<PartBlocks> blocks(const JoinCall& call,
                                      const std::vector<DoneFile>& parts) override;
   void commit(const JoinCall& call, const std::vector<DoneFile>& parts, const std::string& digest,
-              const std::function<void(std::uint32_t)>& tell) override;
+              const std::function<void(std::size_t)>& tell) override;
 
  private:
   EdgeShards shards() const { return {plan_.starts(), plan_.edge_count}; }
@@ -48,7 +48,7 @@ class SubdivisionWork : public PartWork {
                      const PartOptions& options, const BackendRegistry& backends) const;
   SubdivideOptions options_of(const PartOptions& options) const;
   void make_store(const std::filesystem::path& path, const std::vector<DoneFile>& parts,
-                  const std::function<void(std::uint32_t)>& tell) const;
+                  const std::function<void(std::size_t)>& tell) const;
   void publish(const JoinCall& call, UnpublishedStore& output);
   StoreUuid uuid_of_result(const JoinOptions& options) const;
   bool is_store_of_plan(const std::filesystem::path& path, const StoreUuid& uuid) const;
