@@ -209,7 +209,7 @@ class Test:
         for name, value in site.items():
             setattr(self.site, name, value)
         self.site.pages.put(f"{self.site.url()}{store}/test.html{query}")
-        answer = self.site.reports.get(timeout=400)
+        answer = self.site.reports.get(timeout=1700)  # a page that hangs; a busy machine takes minutes
         assert "broken" not in answer, answer
         assert "SwiftShader" in answer["renderer"], f"expected drawing in software, found {answer['renderer']}"
         if "picture" in answer and PICTURES:
@@ -647,10 +647,10 @@ class Test:
         assert answer["factor"] > 1 and answer["resident"] <= 4 and "memory is full" in answer["figures"], answer
 
     def flight(self):
-        """A flight at 60 pictures a second, each fiftieth drawn, in a memory that is too small for the store."""
+        """A flight at 60 pictures a second, one of 50 or 150 drawn, in a memory that is too small for the store."""
         self.plait("subdivide", "closed.ply", "deep.plait", "--levels", "6", "--normals")
         self.plait("publish", "deep.plait", "deep", "--page")
-        pictures = 7200 if LONG_FLIGHT else 900
+        pictures, drawn = (7200, 150) if LONG_FLIGHT else (900, 50)
         answer = self.shown("deep", """
             const pictures = %d, { view, gpu, camera } = plait, resident = () => gpu.rowOfPage.filter(row => row >= 0).length;
             // Twice from nothing, with room for all: what was there before is not taken for there.
@@ -674,7 +674,7 @@ class Test:
                 if (!flight.abort.signal.aborted && flight.pages.every(page => gpu.seen[page] !== plait.frames)) ++stray;
               mostPages = Math.max(mostPages, resident());
               mostRequests = Math.max(mostRequests, plait.inFlight.size);
-              if (k %% 50 === 0) plait.draw(plait.cameraNow());
+              if (k %% %d === 0) plait.draw(plait.cameraNow());
               if (k %% 5 === 0) await new Promise(done => setTimeout(done));
               if (k === pictures >> 2) { gc(); heap = performance.memory.usedJSHeapSize; }
             }
@@ -682,7 +682,7 @@ class Test:
             gc();
             Object.assign(answer, { mostPages, mostRequests, stray, rows: gpu.rows, pages: gpu.pageCount, card: gpu.bytes,
               grown: performance.memory.usedJSHeapSize - heap });
-            """ % pictures, "?memory=4", size=(640, 480))
+            """ % (pictures, drawn), "?memory=4", size=(640, 480))
         assert answer["pages"] > answer["rows"] == 102, answer["rows"]
         assert answer["resident"][0] == answer["resident"][1] and 0 < answer["resident"][0] <= 30, answer["resident"]
         assert answer["rows"] * 0.9 < answer["mostPages"] <= answer["rows"], answer["mostPages"]
