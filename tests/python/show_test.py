@@ -15,7 +15,7 @@ from conftest import icosahedron, make
 
 def ask(shown, path, method="GET", **headers):
     host = re.fullmatch(r"http://([^/]+)/", shown.url).group(1)
-    connection = http.client.HTTPConnection(host, timeout=60)
+    connection = http.client.HTTPConnection(host, timeout=600)
     connection.request(method, path, headers=headers)
     answer = connection.getresponse()
     body = answer.read()
@@ -85,18 +85,18 @@ def test_notebook_gets_a_frame(path):
 def test_closed_server_answers_nobody(path):
     shown = plait.show(path)
     host, port = re.fullmatch(r"http://(.*):(\d+)/", shown.url).groups()
-    with socket.create_connection((host, int(port)), timeout=20) as kept:
+    with socket.create_connection((host, int(port)), timeout=600) as kept:
         kept.sendall(b"GET /view HTTP/1.1\r\nHost: x\r\n\r\n")
         assert kept.recv(10).startswith(b"HTTP/1.1 ")
         threads = [each for each in threading.enumerate() if each.name == "plait.show"]
         shown.close()
         for thread in threads:
-            thread.join(60)
+            thread.join(600)
             assert not thread.is_alive()
         while kept.recv(1 << 16):  # to the end of the connection
             pass
     with pytest.raises(ConnectionRefusedError):
-        socket.create_connection((host, int(port)), timeout=60)
+        socket.create_connection((host, int(port)), timeout=600)
 
 
 def test_store_that_is_open_is_shown_as_it_was_committed(path):
@@ -158,7 +158,7 @@ def test_damaged_block_ends_the_answer_early_and_is_told(path, tmp_path):
 def test_interpreter_ends_with_what_is_shown(path, tmp_path):
     program = tmp_path / "shows.py"
     program.write_text(f"import plait\nshown = plait.show({str(path)!r})\nprint(shown.url)\n")
-    done = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=120, check=True)
+    done = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=600, check=True)
     assert done.stdout.startswith("http://127.0.0.1:") and done.stderr == ""
 
 
@@ -174,5 +174,5 @@ assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
 import urllib.request
 assert urllib.request.urlopen(shown.url + "view").status == 200
 """)
-    done = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr

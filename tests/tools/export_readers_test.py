@@ -719,7 +719,7 @@ def test_blender_reads_the_same(stores, tmp_path):
         export(stores["ball"], file, *(["--quantize"] if file.name == "q.glb" else []))
     (tmp_path / "script.py").write_text(IN_BLENDER, encoding="utf-8")
     done = subprocess.run(["blender", "--background", "--factory-startup", "--python-exit-code", "3",
-                           "--python", tmp_path / "script.py", "--", *files], text=True, timeout=300,
+                           "--python", tmp_path / "script.py", "--", *files], text=True, timeout=900,
                           capture_output=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     with plait.open(stores["ball"]) as store:

@@ -35,11 +35,11 @@ class Server:
 
     def __exit__(self, *_):
         self.process.send_signal(signal.SIGINT)
-        self.errors = self.process.communicate(timeout=60)[1]
+        self.errors = self.process.communicate(timeout=600)[1]
         assert self.process.returncode == 0, (self.process.returncode, self.errors)
 
     def ask(self, path, method="GET", **headers):
-        connection = http.client.HTTPConnection("127.0.0.1", self.about["port"], timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", self.about["port"], timeout=600)
         connection.putrequest(method, path, skip_accept_encoding=True)
         for name, value in headers.items():
             connection.putheader(name, value)

@@ -175,7 +175,7 @@ class Serve:
 
     def __exit__(self, *_):
         self.process.send_signal(signal.SIGINT)
-        self.process.communicate(timeout=60)
+        self.process.communicate(timeout=600)
         assert self.process.returncode == 0, self.process.returncode
 
 
