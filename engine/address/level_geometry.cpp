@@ -91,7 +91,7 @@ LevelGeometry LevelGeometry::in_shards(const EdgeShards& shards) const {
 
 LevelGeometry LevelGeometry::shard(std::uint32_t shard) const {
   LevelGeometry result = *this;
-  result.plain_slots_ = result.plain_blocks_ = false;
+  result.plain_blocks_ = false;
   result.first_edge_ = shards_.first_edge(shard);
   result.edge_after_ = shards_.edge_after(shard);
   result.block_count_ = blocks_of(result.first_edge_, result.edge_after_);
@@ -123,6 +123,9 @@ Slot LevelGeometry::shaped_slot(EdgeId edge) const {
 }
 
 std::uint64_t LevelGeometry::uneven_block_of(EdgeId edge) const {
+  // One shard alone, as the store of a part has it.
+  if (shards_.empty() && shapes_.absent().empty())
+    return std::min((std::uint64_t{edge} - first_edge_) >> shift_, block_count_ - 1);
   std::uint64_t first_block = 0, end = block_count_;
   EdgeId first = first_edge_;
   if (!shards_.empty()) {

@@ -1,17 +1,13 @@
 #include "plait/digest.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <algorithm>
-#include <cstring>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "execution/part_digest.h"
-#include "paging/level_cursor.h"
+#include "execution/slot_hasher.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
@@ -19,38 +15,6 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-/// Hashes slots one after another and sums the hashes. Each thread has its own object.
-class SlotHasher {
- public:
-  SlotHasher() : state_(XXH3_createState()) {
-    if (!state_) throw Error(ErrorCode::kOutOfMemory, "digest: no memory for the hash state");
-  }
-
-  void add(VertexId start, VertexId end, int level, const std::string& attribute,
-           std::span<const std::byte> bytes) noexcept {
-    const std::uint32_t head[3] = {std::min(start, end), std::max(start, end),
-                                   static_cast<std::uint32_t>(level)};
-    XXH3_128bits_reset(state_.get());
-    XXH3_128bits_update(state_.get(), head, sizeof(head));
-    XXH3_128bits_update(state_.get(), attribute.c_str(), attribute.size() + 1);
-    XXH3_128bits_update(state_.get(), bytes.data(), bytes.size());
-    const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
-    add({hash.high64, hash.low64});
-  }
-  void add(const Digest& other) noexcept {
-    sum_.low += other.low;
-    sum_.high += other.high + (sum_.low < other.low ? 1 : 0);
-  }
-  const Digest& sum() const { return sum_; }
-
- private:
-  struct Free {
-    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
-  };
-  std::unique_ptr<XXH3_state_t, Free> state_;
-  Digest sum_;
-};
 
 /// The accesses of each pass.
 using Passes = std::vector<std::vector<LevelAccess>>;
@@ -129,42 +93,6 @@ Digest digest_of_levels(const Store& store, const Passes& passes, const DigestOp
 }
 
 }  // namespace
-
-Digest sum_of(const Digest& a, const Digest& b) {
-  const std::uint64_t low = a.low + b.low;
-  return {a.high + b.high + (low < a.low ? 1 : 0), low};
-}
-
-Digest digest_of_part(const Store& store, std::span<const VertexId> vertices,
-                      std::span<const AttributeId> attributes, const ProgressCallback& progress) {
-  const StorePass under_way(store);
-  SlotHasher hasher;
-  const EdgeRange range = StoreAccess::edges(store);
-  const std::span<const Edge> edges = store.base().topology().edges;
-  std::uint64_t done = 0, total = 0;
-  for (const AttributeId id : attributes)
-    total += static_cast<std::uint64_t>(store.attributes()[id].finest_level - store.base_level()) *
-             (range.after - range.first);
-  for (const AttributeId id : attributes) {
-    const auto& [schema, finest_level] = store.attributes()[id];
-    const std::size_t record_bytes = schema.record_bytes();
-    const std::span<const std::byte> records = store.base_bytes(id);
-    for (const VertexId vertex : vertices)
-      hasher.add(vertex, vertex, store.base_level(), schema.name,
-                 records.subspan(vertex * record_bytes, record_bytes));
-    for (int level = store.base_level() + 1; level <= finest_level; ++level) {
-      StoreAccess::check_readable(store, id, level);
-      LevelCursor cursor(StoreAccess::open_session(store),
-                         StoreAccess::level_file(store, id, level));
-      for (EdgeId edge = range.first; edge < range.after; ++edge, ++done) {
-        hasher.add(edges[edge].start, edges[edge].end, level, schema.name, cursor.slot(edge).bytes);
-        if (done % 4096 == 0 && progress && !progress({"digest", done, total}))
-          throw Error(ErrorCode::kCancelled, "digest: cancelled");
-      }
-    }
-  }
-  return hasher.sum();
-}
 
 std::string Digest::to_string() const { return fmt::format("{:016x}{:016x}", high, low); }
 

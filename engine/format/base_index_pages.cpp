@@ -297,7 +297,16 @@ void BaseIndexPages::need_element(MeshArray array, std::uint64_t index) const {
 }
 
 void BaseIndexPages::need_elements(MeshArray array, std::span<const std::uint32_t> elements) const {
-  for (const std::uint32_t element : elements) need_element(array, element);
+  // Elements of a region are close together: most are on the page of the one before.
+  const std::uint64_t bytes = element_bytes(array);
+  std::uint64_t last_page = ~std::uint64_t{0};
+  for (const std::uint32_t element : elements) {
+    const std::uint64_t first = element * bytes / kIndexPageBytes,
+                        end = ((element + std::uint64_t{1}) * bytes - 1) / kIndexPageBytes;
+    if (first == last_page && end == last_page) continue;
+    for (std::uint64_t page = first; page <= end; ++page) need_page(array, page);
+    last_page = end;
+  }
 }
 
 void BaseIndexPages::need_range(MeshArray array, std::uint64_t first, std::uint64_t after) const {

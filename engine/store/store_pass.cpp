@@ -172,6 +172,18 @@ Store StoreAccess::store_of(std::unique_ptr<Store::Implementation> state) {
   return Store(std::move(state));
 }
 
+void StoreAccess::set_block_filled(Store& store, BlockFilled filled) {
+  store.state().block_filled = std::move(filled);
+}
+
+const StoreAccess::BlockFilled& StoreAccess::block_filled(const Store& store) {
+  return store.state().block_filled;
+}
+
+std::string StoreAccess::final_name(const Store& store, AttributeId attribute) {
+  return store.state().final_schema(attribute).name;
+}
+
 EdgeRange StoreAccess::edges(const Store& store) {
   const Store::Implementation& state = store.state();
   if (!state.is_part()) return {0, static_cast<EdgeId>(state.base.edge_count())};

@@ -21,6 +21,7 @@
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/directory.h"
 #include "plait/extend/pager.h"
+#include "plait/extend/store_access.h"
 #include "plait/notes.h"
 #include "plait/store.h"
 #include "store/lock.h"
@@ -141,6 +142,7 @@ struct Store::Implementation {
   std::uint32_t only_shard = kNoId;
   /// Only the store of a part of a pass: the directory of the levels that it makes.
   Directory made_in;
+  StoreAccess::BlockFilled block_filled = {};
   std::uint32_t first_made = 0;  ///< the number of the first attribute that the part makes
   StoreOptions options;
   Provenance provenance, first_provenance;  ///< now, and of the store when it was made

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -126,19 +125,19 @@ ComputedPart SubdivisionWork::compute(std::uint32_t part, const Directory& direc
   PlannedSubdivision planned = plan_subdivision(store, subdivision);
   warn_of_fewer_threads(fmt::format("part {}", part), planned.options().threads, options.threads,
                         options.budget_bytes, options.warn);
-  if (const std::uint64_t over = planned.needs().resident;
-      options.warn && left == options.budget_bytes && over > options.budget_bytes / 4)
-    options.warn(fmt::format("part {}: {} of scratch memory come on top of the budget of {}", part,
-                             format_bytes(over), format_bytes(options.budget_bytes)));
+  if (options.warn && left == options.budget_bytes)
+    if (const std::uint64_t over = planned.needs().resident; over > options.budget_bytes / 4)
+      options.warn(fmt::format("part {}: {} of scratch memory come on top of the budget of {}",
+                               part, format_bytes(over), format_bytes(options.budget_bytes)));
   computed.begin_seconds = clock.seconds();
+  std::optional<FilledDigest> digest(store);
   planned.run();
   const double refined = clock.seconds();
   computed.content = finish_part_store(store);
   computed.description = encode_description(computed.content.description);
   const double written = clock.seconds();
-  std::vector<AttributeId> all(store.attributes().size());
-  std::iota(all.begin(), all.end(), 0);
-  computed.digest = digest_of_part(store, *StoreAccess::own_vertices(store), all, options.progress);
+  computed.digest = digest->with_base_vertices(*StoreAccess::own_vertices(store));
+  digest.reset();  // before the store is closed
   store.close();
   computed.write_seconds = written - refined;
   computed.compute_seconds = clock.seconds() - computed.write_seconds - computed.begin_seconds;

@@ -44,23 +44,32 @@ FusedFaces::FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_
       const FaceId b = of_mesh.is_border() ? a : of_mesh.other.face();
       return std::pair<FaceId, FaceId>(std::min(a, b), std::max(a, b));
     };
-    FaceId last = 0;
-    for (EdgeId edge = edges.first; edge < edges.after; ++edge) {
-      const FaceId first = faces_of(edge).first;
-      if (own.empty() || own.back() != first) own.push_back(first);
-      last = first;
-    }
-    std::vector<FaceId> second;
+    const FaceId lowest = edges.first < edges.after ? faces_of(edges.first).first : 0,
+                 last = edges.first < edges.after ? faces_of(edges.after - 1).first : 0;
+    std::vector<bool> is_own(lowest <= last ? last + 1 - lowest : 0);
+    bool is_beyond = false;  // in a mesh whose edges are not numbered so
+    const auto list = [&](FaceId face) {
+      if (const FaceId at = face - lowest; at < is_own.size()) {
+        is_own[at] = true;
+      } else {
+        own.push_back(face);
+        is_beyond = true;
+      }
+    };
     for (EdgeId edge = edges.first; edge < edges.after; ++edge) {
       const auto [first, other] = faces_of(edge);
+      list(first);
       if (other > last)
         ghosts.push_back({first, other});
       else if (other != first)
-        second.push_back(other);  // in the range of faces, perhaps without a new edge there
+        list(other);  // in the range of faces, perhaps without a new edge there
     }
-    own.insert(own.end(), second.begin(), second.end());
-    std::ranges::sort(own);
-    own.erase(std::unique(own.begin(), own.end()), own.end());
+    for (FaceId at = 0; at < is_own.size(); ++at)
+      if (is_own[at]) own.push_back(lowest + at);
+    if (is_beyond) {
+      std::ranges::sort(own);
+      own.erase(std::unique(own.begin(), own.end()), own.end());
+    }
     // Of a ghost at several edges, the one that is needed first counts.
     std::ranges::sort(ghosts, [](const Ghost& a, const Ghost& b) {
       return a.face != b.face ? a.face < b.face : a.needed_by > b.needed_by;

@@ -39,13 +39,15 @@ OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, in
     : session_(StoreAccess::open_session(store)),
       level_count_(static_cast<std::size_t>(levels)),
       stays_in_memory_(StoreAccess::backend_traits(store).in_memory),
+      filled_(StoreAccess::block_filled(store)),
       exceptions_(std::uncaught_exceptions()) {
   for (const AttributeId attribute : attributes)
-    for (int number = 1; number <= levels; ++number) {
-      LevelFile& file = StoreAccess::level_file(
-          store, attribute, level_number(BaseRelativeLevel(number), store.base_level()));
+    for (int refinements = 1; refinements <= levels; ++refinements) {
+      const int number = level_number(BaseRelativeLevel(refinements), store.base_level());
+      LevelFile& file = StoreAccess::level_file(store, attribute, number);
       const std::uint64_t count = file.geometry.block_count();
-      Level& level = levels_.emplace_back(Level{&file, std::make_unique<Block[]>(count)});
+      Level& level = levels_.emplace_back(
+          Level{attribute, number, &file, std::make_unique<Block[]>(count)});
       for (std::uint64_t block = 0; block < count; ++block)
         level.blocks[block].to_fill = static_cast<std::uint32_t>(file.geometry.slot_count(block));
     }
@@ -104,8 +106,9 @@ void OpenBlocks::close(std::span<const EdgeId> edges) {
     for (const EdgeId edge : edges) filled.add(level.file->geometry.block_of(edge));
     for (const auto& [number, count] : filled) {
       Block& block = level.blocks[number];
-      if (block.to_fill.fetch_sub(count, std::memory_order_acq_rel) == count)
-        block.pinned.release();
+      if (block.to_fill.fetch_sub(count, std::memory_order_acq_rel) != count) continue;
+      if (filled_) filled_(level.attribute, level.number, number, block.pinned.bytes());
+      block.pinned.release();
     }
   }
 }

@@ -16,6 +16,7 @@
 
 #include "plait/detail/level_file.h"
 #include "plait/extend/session.h"
+#include "plait/extend/store_access.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -50,6 +51,8 @@ class OpenBlocks {
     PinnedBlock pinned;  ///< for the thread that has set `start`, then for who fills the last slot
   };
   struct Level {
+    AttributeId attribute;
+    int number;
     LevelFile* file;
     std::unique_ptr<Block[]> blocks;
   };
@@ -57,6 +60,7 @@ class OpenBlocks {
   Session session_;
   std::size_t level_count_;
   bool stays_in_memory_;
+  const StoreAccess::BlockFilled& filled_;
   std::vector<Level> levels_;  ///< output after output
   int exceptions_;             ///< when this object was made
 };

@@ -63,7 +63,7 @@ class LevelGeometry {
   Slot slot(EdgeId edge) const {
     if (!plain_slots_) [[unlikely]]
       return shaped_slot(edge);
-    return {edge * whole_bytes_, whole_bytes_, SlotShape::kWhole};
+    return {edge * whole_bytes_ - origin_, whole_bytes_, SlotShape::kWhole};
   }
 
   /// Whether the slot of the edge is not absent.
@@ -111,18 +111,18 @@ class LevelGeometry {
            origin_;
   }
 
-  // The members that every look-up of a slot reads come first. On a closed mesh in one piece, they
-  // are all that a look-up reads, and they are in one cache line.
+  // The members that every look-up of a slot reads come first. On a closed mesh, they are all that a
+  // look-up reads, and they are in one cache line.
   std::uint64_t whole_bytes_ = 0, half_saving_bytes_ = 0;
+  std::uint64_t origin_ = 0;  ///< bytes of the level before first_edge_
   int shift_ = 0;
-  bool plain_slots_ = true;   ///< all slots are whole, and the first is that of edge 0
+  bool plain_slots_ = true;   ///< all slots are whole
   bool plain_blocks_ = true;  ///< no slot is absent, and all blocks but the last are full
   BaseRelativeLevel level_{1};
   std::size_t record_bytes_ = 0;
   std::uint64_t block_count_ = 0, max_block_bytes_ = 0, total_bytes_ = 0;
   SlotShapes shapes_;
   EdgeId first_edge_ = 0, edge_after_ = 0;  ///< the edges that have slots here
-  std::uint64_t origin_ = 0;                ///< bytes of the level before first_edge_
   EdgeShards shards_;
   std::shared_ptr<const std::vector<std::uint64_t>> first_blocks_;  ///< [shard], and then the end
 };

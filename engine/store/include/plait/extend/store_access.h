@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -138,6 +139,17 @@ class StoreAccess {
   /// Opens a session for one reader, sweep or walk. Several sessions may be open at once, in
   /// several threads. Errors: kOutOfMemory.
   static Session open_session(const Store& store, const SessionOptions& options = {});
+  /// Called with each block of a level that a fused pass has filled, before the pager gets it: by
+  /// the pass's threads, several at once.
+  using BlockFilled =
+      std::function<void(AttributeId, int level, std::uint64_t block, std::span<const std::byte>)>;
+  /// For the passes from now on; nothing: none. Errors: kBadState during a pass.
+  static void set_block_filled(Store& store, BlockFilled filled);
+  static const BlockFilled& block_filled(const Store& store);
+  /// The name that the attribute has when the work under way is done: a replacement has another
+  /// one until then.
+  static std::string final_name(const Store& store, AttributeId attribute);
+
   /// The edges whose slots a pass makes: all, but in the store of one part.
   static EdgeRange edges(const Store& store);
   /// The base vertices whose records a pass makes, ascending; nothing for all, as in every store
