@@ -35,8 +35,12 @@ BaseMesh in_input_order(BaseMesh mesh) {
   return mesh.with_face_order(mesh.input_maps().faces);
 }
 
+bool has_order(const BaseMesh& mesh, LayoutKind kind) {
+  return kind == kLayoutOfBaseDirectory && mesh.stored_base().mesh != nullptr;
+}
+
 LaidOutMesh laid_out(BaseMesh mesh, LayoutKind kind) {
-  if (kind != kLayoutOfBaseDirectory || mesh.stored_base().mesh == nullptr)
+  if (!has_order(mesh, kind))
     return lay_out(in_input_order(std::move(mesh)), kind);
   const LayoutSpans spans = measure_spans(mesh);
   return {std::move(mesh), kind, spans};

@@ -44,6 +44,8 @@ BaseMesh mesh_of_file(const std::filesystem::path& file, std::optional<double> w
 
 /// A mesh in files with its faces in the order of the input, in memory; another mesh as it is.
 BaseMesh in_input_order(BaseMesh mesh);
+/// Whether the mesh is one in files that has the layout already.
+bool has_order(const BaseMesh& mesh, LayoutKind kind);
 /// As lay_out() of the mesh in_input_order(), which a mesh that has the layout in files needs not.
 LaidOutMesh laid_out(BaseMesh mesh, LayoutKind kind);
 

@@ -153,12 +153,6 @@ std::optional<BaseMesh> open_base_index_file(const Directory& store, const Expec
   return BaseMesh::of(std::make_shared<const BaseIndexPages>(std::move(*file), expected));
 }
 
-BaseMesh open_stored_base(const Directory& directory, const ExpectedBase& expected) {
-  return BaseMesh::of(std::make_shared<const BaseIndexPages>(
-      File(directory, kBaseIndexName, OpenMode::kRead), expected,
-      File(directory, kBaseMeshName, OpenMode::kRead)));
-}
-
 void check_base_index_file(const Directory& store, const ExpectedBase& expected,
                            const BaseMesh* mesh) {
   const std::optional<BaseMesh> stored = open_base_index_file(store, expected);

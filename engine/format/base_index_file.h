@@ -50,10 +50,6 @@ struct ExpectedBase {
 /// whole file. Errors: kCorruption for another size or head; kIo, kOutOfMemory.
 std::optional<BaseMesh> open_base_index_file(const Directory& store, const ExpectedBase& expected);
 
-/// The same mesh, of a directory in which both files are complete: a store of it copies them.
-/// Errors: as above; kNotFound if one is not there.
-BaseMesh open_stored_base(const Directory& directory, const ExpectedBase& expected);
-
 /// The first bytes of the file, up to the checksum of these: head_bytes() of the layout.
 /// `checksums` are those of the pages.
 std::vector<std::byte> base_index_head(const BaseCounts& counts, IndexMaps maps,

@@ -317,6 +317,30 @@ void BaseIndexPages::need_range(MeshArray array, std::uint64_t first, std::uint6
     need_page(array, page);
 }
 
+void BaseIndexPages::forget(MeshArray array, std::uint64_t first, std::uint64_t after) const {
+  if (first >= after) return;
+  const BaseIndexLayout::Place& place = layout_.place(array);
+  const std::uint64_t bytes = element_bytes(array), first_page = first * bytes / kIndexPageBytes,
+                      page_after = (after * bytes - 1) / kIndexPageBytes + 1;
+  whole_[static_cast<std::size_t>(array)].store(false, std::memory_order_relaxed);
+  topology_whole_.store(false, std::memory_order_relaxed);
+  for (std::uint64_t page = first_page; page < page_after; ++page) {
+    const std::uint64_t start = page * kIndexPageBytes;
+    if (ready_[place.first_page + page].exchange(false, std::memory_order_relaxed))
+      read_bytes_.fetch_sub(std::min(kIndexPageBytes, place.bytes - start),
+                            std::memory_order_relaxed);
+  }
+  // Whole pages of the system: others may have a piece of the next array.
+  constexpr std::uintptr_t kSystemPage = 4096;
+  const auto start = reinterpret_cast<std::uintptr_t>(memory_of(array)) +
+                     first_page * kIndexPageBytes,
+             end = reinterpret_cast<std::uintptr_t>(memory_of(array)) +
+                   std::min(page_after * kIndexPageBytes, place.bytes);
+  const std::uintptr_t from = (start + kSystemPage - 1) / kSystemPage * kSystemPage,
+                       to = end / kSystemPage * kSystemPage;
+  if (from < to) ::madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
+}
+
 void BaseIndexPages::check_sides(std::span<const FaceId> faces) const {
   for (const FaceId face : faces) check_sides(face);
 }

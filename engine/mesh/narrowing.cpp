@@ -15,36 +15,31 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 [[gnu::noipa]] double as_float32(double number) { return double{static_cast<float>(number)}; }
 
-namespace {
-
-Vector3<double> as_floats(const Vector3<double>& p) {
+Vector3<double> float32_position(const Vector3<double>& p) {
   return {as_float32(p.x), as_float32(p.y), as_float32(p.z)};
 }
 
-bool has_finite_numbers(const Vector3<double>& p) {
+bool is_finite_position(const Vector3<double>& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-double distance(const Vector3<double>& a, const Vector3<double>& b) {
+double edge_length(const Vector3<double>& a, const Vector3<double>& b) {
   const Vector3<double> difference = a - b;
   return std::sqrt(dot(difference, difference));
 }
+
+namespace {
 
 bool fit_all(std::span<const Vector3<double>> positions) {
   std::atomic<bool> fit = true;
   for_parts(positions.size(), [&](std::size_t first, std::size_t last, std::size_t) {
     for (std::size_t vertex = first; vertex < last && fit; ++vertex)
-      if (has_finite_numbers(positions[vertex]) &&
-          !(as_floats(positions[vertex]) == positions[vertex]))
+      if (is_finite_position(positions[vertex]) &&
+          !(float32_position(positions[vertex]) == positions[vertex]))
         fit = false;
   });
   return fit;
 }
-
-struct EdgesOfVertex {
-  double shortest = std::numeric_limits<double>::infinity();
-  double longest = 0;
-};
 
 std::vector<EdgesOfVertex> edges_of_vertices(std::span<const Vector3<double>> positions,
                                              std::span<const std::array<VertexId, 3>> faces) {
@@ -53,12 +48,9 @@ std::vector<EdgesOfVertex> edges_of_vertices(std::span<const Vector3<double>> po
     for (std::size_t side = 0; side < 3; ++side) {
       const VertexId a = face[side], b = face[(side + 1) % 3];
       if (a >= positions.size() || b >= positions.size()) continue;  // refused elsewhere
-      const double length = distance(positions[a], positions[b]);
-      if (!(length > 0)) continue;
-      for (const VertexId vertex : {a, b}) {
-        edges[vertex].shortest = std::min(edges[vertex].shortest, length);
-        edges[vertex].longest = std::max(edges[vertex].longest, length);
-      }
+      const double length = edge_length(positions[a], positions[b]);
+      edges[a].add(length);
+      edges[b].add(length);
     }
   return edges;
 }
@@ -76,20 +68,16 @@ double farthest_move_near(const Vector3<double>& p) {
   return 0.5 * std::sqrt(dot(steps, steps));
 }
 
-void measure_finer_levels(std::span<const Vector3<double>> positions,
-                          std::span<const EdgesOfVertex> edges, int levels, Narrowing& result) {
-  for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
-    const Vector3<double>& p = positions[vertex];
-    if (!has_finite_numbers(as_floats(p)) || !(edges[vertex].longest > 0)) continue;
-    const double finest = std::ldexp(edges[vertex].longest, -levels);
-    if (!(farthest_move_near(p) > Narrowing::kMostOfFinestEdge * finest)) continue;
-    ++result.coarse;
-    const double step =
-        std::max({step_of_float32(p.x), step_of_float32(p.y), step_of_float32(p.z)});
-    if (step <= result.largest_step) continue;
-    result.largest_step = step;
-    result.finest_edge = finest;
-  }
+void measure_finest_level(const Vector3<double>& p, const EdgesOfVertex& edges,
+                          Narrowing& result) {
+  if (!is_finite_position(float32_position(p)) || !(edges.longest > 0)) return;
+  const double finest = std::ldexp(edges.longest, -result.levels);
+  if (!(farthest_move_near(p) > Narrowing::kMostOfFinestEdge * finest)) return;
+  ++result.coarse;
+  const double step = std::max({step_of_float32(p.x), step_of_float32(p.y), step_of_float32(p.z)});
+  if (step <= result.largest_step) return;
+  result.largest_step = step;
+  result.finest_edge = finest;
 }
 
 std::string harm_text(const Narrowing& narrowing) {
@@ -113,6 +101,21 @@ std::string harm_text(const Narrowing& narrowing) {
 
 }  // namespace
 
+void add_vertex(const Vector3<double>& position, const EdgesOfVertex& edges, Narrowing& result) {
+  if (result.levels > 0) measure_finest_level(position, edges, result);
+  if (!is_finite_position(position)) return;
+  const Vector3<double> narrow = float32_position(position);
+  if (narrow == position) return;
+  if (!is_finite_position(narrow)) {
+    ++result.outside;
+    return;
+  }
+  const double move = edge_length(narrow, position);
+  result.farthest = std::max(result.farthest, move);
+  result.share_of_edge = std::max(result.share_of_edge, move / edges.shortest);
+  if (move > Narrowing::kMostOfEdge * edges.shortest) ++result.moved;
+}
+
 Narrowing narrowing_of(std::span<const Vector3<double>> positions,
                        std::span<const std::array<VertexId, 3>> faces, int levels) {
   Narrowing result;
@@ -120,34 +123,23 @@ Narrowing narrowing_of(std::span<const Vector3<double>> positions,
   const bool fit = fit_all(positions);
   if (fit && levels == 0) return result;
   const std::vector<EdgesOfVertex> edges = edges_of_vertices(positions, faces);
-  if (levels > 0) measure_finer_levels(positions, edges, levels, result);
+  for (VertexId vertex = 0; vertex < positions.size(); ++vertex)
+    add_vertex(positions[vertex], edges[vertex], result);
   if (fit) return result;
   std::vector<Vector3<double>> narrow(positions.size());
   PositionTable vertices(narrow);
   for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
     if (is_turn_to_poll(vertex)) poll_interruption();
-    narrow[vertex] = as_floats(positions[vertex]);
-    if (!has_finite_numbers(positions[vertex])) continue;
-    if (!has_finite_numbers(narrow[vertex])) {
-      ++result.outside;
-      continue;
-    }
-    const double move = distance(narrow[vertex], positions[vertex]);
-    result.farthest = std::max(result.farthest, move);
-    result.share_of_edge = std::max(result.share_of_edge, move / edges[vertex].shortest);
-    if (move > Narrowing::kMostOfEdge * edges[vertex].shortest) ++result.moved;
+    narrow[vertex] = float32_position(positions[vertex]);
+    if (!is_finite_position(narrow[vertex])) continue;
     const VertexId first = vertices.find_or_add(narrow[vertex], vertex);
     if (first != vertex && !(positions[first] == positions[vertex])) ++result.merged;
   }
   return result;
 }
 
-ComponentType precision_for(std::span<const Vector3<double>> positions,
-                            std::span<const std::array<VertexId, 3>> faces, int levels,
-                            std::optional<ComponentType> asked, std::string_view source,
-                            std::vector<std::string>& warnings) {
-  if (asked && *asked != ComponentType::kFloat32) return *asked;
-  const Narrowing narrowing = narrowing_of(positions, faces, levels);
+ComponentType precision_for(const Narrowing& narrowing, std::optional<ComponentType> asked,
+                            std::string_view source, std::vector<std::string>& warnings) {
   if (!narrowing.harms()) return ComponentType::kFloat32;
   if (asked) {
     const std::string harm =
@@ -160,6 +152,14 @@ ComponentType precision_for(std::span<const Vector3<double>> positions,
   warnings.push_back(
       fmt::format("{}: positions are float64, because float32 {}", source, harm_text(narrowing)));
   return ComponentType::kFloat64;
+}
+
+ComponentType precision_for(std::span<const Vector3<double>> positions,
+                            std::span<const std::array<VertexId, 3>> faces, int levels,
+                            std::optional<ComponentType> asked, std::string_view source,
+                            std::vector<std::string>& warnings) {
+  if (asked && *asked != ComponentType::kFloat32) return *asked;
+  return precision_for(narrowing_of(positions, faces, levels), asked, source, warnings);
 }
 
 ComponentType precision_for(const IndexedMesh& mesh, int levels, std::optional<ComponentType> asked,

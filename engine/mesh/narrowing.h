@@ -2,8 +2,10 @@
 // calls that make a store of a mesh ask this one measure.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -42,6 +44,28 @@ struct Narrowing {
 
   bool harms() const { return moved + merged + outside + coarse > 0; }
 };
+
+/// The lengths of the edges around a vertex. Those without length do not count.
+struct EdgesOfVertex {
+  double shortest = std::numeric_limits<double>::infinity();
+  double longest = 0;
+
+  void add(double length) {
+    if (!(length > 0)) return;
+    shortest = std::min(shortest, length);
+    longest = std::max(longest, length);
+  }
+};
+
+double edge_length(const Vector3<double>& a, const Vector3<double>& b);
+/// The position as float32 keeps it.
+Vector3<double> float32_position(const Vector3<double>& p);
+bool is_finite_position(const Vector3<double>& p);
+/// Adds a vertex to all that Narrowing has but `merged`. `result.levels` is set.
+void add_vertex(const Vector3<double>& position, const EdgesOfVertex& edges, Narrowing& result);
+/// What precision_for() says of a narrowing.
+ComponentType precision_for(const Narrowing& narrowing, std::optional<ComponentType> asked,
+                            std::string_view source, std::vector<std::string>& warnings);
 
 /// What float32 does to `positions`, and to the vertices of `levels` finer levels. These lie
 /// between the vertices of a face and 2^levels times closer, so what counts is half the step of

@@ -1,6 +1,7 @@
 #include "layout/base_directory.h"
 
 #include <system_error>
+#include <utility>
 
 #include "format/file_names.h"
 #include "io/made_mark.h"
@@ -44,7 +45,7 @@ bool is_base_directory(const std::filesystem::path& path) {
          std::filesystem::exists(path / kLayoutName, ignored);
 }
 
-BaseMesh open_base_directory(const std::filesystem::path& path) {
+std::shared_ptr<const BaseIndexPages> open_base_pages(const std::filesystem::path& path) {
   const Directory directory(path);
   const File file(directory, kLayoutName, OpenMode::kRead);
   SealedFile sealed(file, {kKind}, kMostLayoutBytes);
@@ -61,12 +62,17 @@ BaseMesh open_base_directory(const std::filesystem::path& path) {
   const auto bytes = fields.take<std::uint64_t>("the size of base.mesh");
   expected.checksum = fields.take<std::uint64_t>("the checksum of base.mesh");
   fields.require(fields.bytes_left() == 0, "the end", fields.bytes_left());
-  const File mesh(directory, kBaseMeshName, OpenMode::kRead);
+  File mesh(directory, kBaseMeshName, OpenMode::kRead);
   if (const std::uint64_t found = mesh.size(); found != bytes)
     throw Error(ErrorCode::kCorruption, fmt::format("open {}: {} bytes, expected {}{}",
                                                     mesh.path().native(), found, bytes, kCure))
         .about(mesh.path());
-  return open_stored_base(directory, expected);
+  return std::make_shared<const BaseIndexPages>(File(directory, kBaseIndexName, OpenMode::kRead),
+                                                expected, std::move(mesh));
+}
+
+BaseMesh open_base_directory(const std::filesystem::path& path) {
+  return BaseMesh::of(open_base_pages(path));
 }
 
 PLAIT_END_NAMESPACE

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 
 #include "format/base_index_file.h"
+#include "format/base_index_pages.h"
 #include "format/base_mesh_file.h"
 #include "plait/base_mesh.h"
 #include "plait/extend/directory.h"
@@ -24,6 +26,8 @@ void remove_base_directory(const Directory& directory);
 
 /// Whether the path is a directory with the file `layout`.
 bool is_base_directory(const std::filesystem::path& path);
+/// The arrays of the mesh, to be read by pages. Errors: as below.
+std::shared_ptr<const BaseIndexPages> open_base_pages(const std::filesystem::path& path);
 /// The mesh, whose arrays are read by pages. Errors: kCorruption for a damaged file; kNotFound,
 /// kIo, kOutOfMemory.
 BaseMesh open_base_directory(const std::filesystem::path& path);

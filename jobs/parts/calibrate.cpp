@@ -45,10 +45,10 @@ MachineRates rates_of(const Trial& least, const Trial& most) {
 }
 
 MachineRates measure_machine(const Directory& plan_directory, const PlanFile& plan,
-                             const Topology& mesh, const PartCost& cost,
+                             const EdgesInOrder& mesh, const PartCost& cost,
                              const std::filesystem::path& final_path,
                              const ProgressCallback& progress, const BackendRegistry& backends) {
-  const auto all = static_cast<EdgeId>(mesh.edges.size());
+  const EdgeId all = mesh.count();
   PartOptions options;
   options.progress = progress;
   const auto make = [&](EdgeId edges) {

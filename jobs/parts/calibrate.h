@@ -32,7 +32,7 @@ MachineRates rates_of(const Trial& least, const Trial& most);
 /// `plan` has everything but its parts, and base.mesh is in `plan_directory`. Errors: as
 /// make_part().
 MachineRates measure_machine(const Directory& plan_directory, const PlanFile& plan,
-                             const Topology& mesh, const PartCost& cost,
+                             const EdgesInOrder& mesh, const PartCost& cost,
                              const std::filesystem::path& final_path,
                              const ProgressCallback& progress, const BackendRegistry& backends);
 

@@ -9,64 +9,54 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The costs of all edges, in one array that is read from front to back, again and again.
 class EdgeCosts {
  public:
-  EdgeCosts(const Topology& mesh, const PartCost& cost) : of_face_(cost.of_face()) {
-    edges_.reserve(mesh.edges.size());
-    for (EdgeId edge = 0; edge < mesh.edges.size(); ++edge) {
-      if (is_turn_to_poll(edge)) poll_interruption();
-      const auto after_earlier = [&](FaceSide side) {
-        if (!side.exists()) return kNoId;
-        EdgeId after = 0;
-        for (const EdgeId other : mesh.face_edges[side.face()])
-          if (other < edge) after = std::max(after, other + 1);
-        return after;
-      };
-      const Edge& of_mesh = mesh.edges[edge];
-      edges_.push_back({after_earlier(of_mesh.own), after_earlier(of_mesh.other)});
-      (of_mesh.is_border() ? of_border_ : of_inner_) = cost.of_edge(of_mesh);
-    }
+  explicit EdgeCosts(const PartCost& cost)
+      : of_inner_(cost.of_edge(false)), of_border_(cost.of_edge(true)), of_face_(cost.of_face()) {}
+
+  /// The faces that refining the edge adds to a part that begins with `first`: those of its faces
+  /// that have no other edge in the part yet.
+  static std::uint32_t new_faces(EdgeId first, const EarlierEdges& edge) {
+    return (edge.a <= first ? 1u : 0u) + (edge.b <= first ? 1u : 0u);
   }
-
-  EdgeId size() const { return static_cast<EdgeId>(edges_.size()); }
-
-  /// The faces that refining edge `edge` adds to a part that begins with `first`: those of its
-  /// faces that have no other edge in the part yet.
-  std::uint32_t new_faces(EdgeId first, EdgeId edge) const {
-    const auto& [own, other] = edges_[edge];
-    return (own <= first ? 1u : 0u) + (other <= first ? 1u : 0u);
-  }
-
-  double cost_of(EdgeId first, EdgeId edge) const {
-    return (edges_[edge].other == kNoId ? of_border_ : of_inner_) +
-           new_faces(first, edge) * of_face_;
+  double cost_of(EdgeId first, const EarlierEdges& edge) const {
+    return (edge.is_border() ? of_border_ : of_inner_) + new_faces(first, edge) * of_face_;
   }
 
  private:
-  /// For each of its faces, one more than the last of the face's earlier edges; 0 if there is none;
-  /// kNoId if there is no such face.
-  struct AfterEarlier {
-    EdgeId own, other;
-  };
-  std::vector<AfterEarlier> edges_;
-  double of_inner_ = 0, of_border_ = 0, of_face_;
+  double of_inner_, of_border_, of_face_;
 };
 
+double cost_of_all(const EdgesInOrder& edges, const EdgeCosts& costs) {
+  double sum = 0;
+  edges.each_run([&](EdgeId, std::span<const EarlierEdges> run) {
+    for (const EarlierEdges& edge : run) sum += costs.cost_of(0, edge);
+    return true;
+  });
+  return sum;
+}
+
 /// Cuts whenever a part would cost more than `most`. Stops when there are more than `parts`.
-std::vector<EdgeId> cut_at(const EdgeCosts& costs, std::uint32_t parts, double most) {
+std::vector<EdgeId> cut_at(const EdgesInOrder& edges, const EdgeCosts& costs, std::uint32_t parts,
+                           double most) {
   std::vector<EdgeId> starts = {0};
   double sum = 0;
-  for (EdgeId edge = 0; edge < costs.size() && starts.size() <= parts; ++edge) {
-    if (is_turn_to_poll(edge)) poll_interruption();
-    const double with = sum + costs.cost_of(starts.back(), edge);
-    if (with <= most || edge == starts.back()) {
-      sum = with;
-      continue;
+  edges.each_run([&](EdgeId edge, std::span<const EarlierEdges> run) {
+    EdgeId start = starts.back();
+    for (const EarlierEdges& of_edge : run) {
+      if (is_turn_to_poll(edge)) poll_interruption();
+      const double with = sum + costs.cost_of(start, of_edge);
+      if (with <= most || edge == start) {
+        sum = with;
+      } else {
+        starts.push_back(start = edge);
+        if (starts.size() > parts) return false;
+        sum = costs.cost_of(edge, of_edge);
+      }
+      ++edge;
     }
-    starts.push_back(edge);
-    sum = costs.cost_of(edge, edge);
-  }
+    return true;
+  });
   return starts;
 }
 
@@ -97,10 +87,10 @@ std::vector<EdgeId> cut_longest(std::vector<EdgeId> starts, std::uint32_t parts,
 
 }  // namespace
 
-std::uint64_t PartCost::records(const Edge& edge) const {
+std::uint64_t PartCost::records(bool is_border) const {
   std::uint64_t records = 0;
   for (int level = 1; level <= levels; ++level)
-    records += slot_records(level, edge.is_border() ? SlotShape::kHalf : SlotShape::kWhole);
+    records += slot_records(level, is_border ? SlotShape::kHalf : SlotShape::kWhole);
   return records;
 }
 
@@ -109,43 +99,77 @@ double PartCost::of_face() const {
   return ns_per_point * (side + 1) * (side + 2) / 2;
 }
 
-std::vector<EdgeId> cut_edges(const Topology& mesh, std::uint32_t parts, const PartCost& cost) {
-  const EdgeCosts costs(mesh, cost);
-  double most = 0;
-  for (EdgeId edge = 0; edge < costs.size(); ++edge) most += costs.cost_of(0, edge);
-  // The smallest limit that needs no more parts: a greedy cut is the best one for each limit.
-  double too_small = 0;
-  for (int step = 0; step < 40 && most - too_small > 1e-6 * most; ++step) {
-    const double middle = (most + too_small) / 2;
-    (cut_at(costs, parts, middle).size() <= parts ? most : too_small) = middle;
-  }
-  return cut_longest(cut_at(costs, parts, most), parts, costs.size());
+EdgesInMemory::EdgesInMemory(const Topology& mesh)
+    : faces_(mesh.face_edges), edges_(mesh.edges.size()) {
+  std::uint64_t told = 0;
+  tell_earlier_edges(faces_, [&](EdgeId edge, EdgeId after) {
+    if (is_turn_to_poll(++told)) poll_interruption();
+    edges_[edge].add(after);
+  });
 }
 
-std::vector<PlannedPart> figures_of_parts(const Topology& mesh, const std::vector<EdgeId>& starts,
-                                          const PartCost& cost) {
-  const EdgeCosts costs(mesh, cost);
-  std::vector<PlannedPart> parts;
-  for (std::size_t at = 0; at < starts.size(); ++at) {
-    PlannedPart& part = parts.emplace_back();
-    part.first_edge = starts[at];
-    part.edge_after =
-        at + 1 < starts.size() ? starts[at + 1] : static_cast<EdgeId>(mesh.edges.size());
-    for (EdgeId edge = part.first_edge; edge < part.edge_after; ++edge) {
-      if (is_turn_to_poll(edge)) poll_interruption();
-      part.records += cost.records(mesh.edges[edge]);
-      part.faces += costs.new_faces(part.first_edge, edge);
-    }
-    part.seconds = 1e-9 * (cost.ns_per_record * static_cast<double>(part.records) +
-                           cost.of_face() * static_cast<double>(part.faces));
+void EdgesInMemory::each_run(
+    const std::function<bool(EdgeId, std::span<const EarlierEdges>)>& take) const {
+  (void)take(0, edges_);
+}
+
+std::vector<EdgeId> cut_edges(const EdgesInOrder& edges, std::uint32_t parts,
+                              const PartCost& cost) {
+  const EdgeCosts costs(cost);
+  const auto is_enough = [&](double most) {
+    return cut_at(edges, costs, parts, most).size() <= parts;
+  };
+  // The smallest limit that needs no more parts: a greedy cut is the best one for each limit. It is
+  // little above the mean, so steps from there come to it soonest.
+  const double all = cost_of_all(edges, costs);
+  double too_small = all / parts * (1 - 1e-9), most = too_small;
+  for (double step = all / parts / 64; most < all && !is_enough(most = std::min(all, most + step));
+       step *= 2)
+    too_small = most;
+  for (int step = 0; step < 40 && most - too_small > 5e-6 * most; ++step) {
+    const double middle = (most + too_small) / 2;
+    (is_enough(middle) ? most : too_small) = middle;
   }
+  return cut_longest(cut_at(edges, costs, parts, most), parts, edges.count());
+}
+
+std::vector<PlannedPart> figures_of_parts(const EdgesInOrder& edges,
+                                          const std::vector<EdgeId>& starts, const PartCost& cost) {
+  std::vector<PlannedPart> parts(starts.size());
+  for (std::size_t at = 0; at < starts.size(); ++at) {
+    parts[at].first_edge = starts[at];
+    parts[at].edge_after = at + 1 < starts.size() ? starts[at + 1] : edges.count();
+  }
+  const std::uint64_t of_inner = cost.records(false), of_border = cost.records(true);
+  std::size_t part = 0;
+  edges.each_run([&](EdgeId edge, std::span<const EarlierEdges> run) {
+    for (const EarlierEdges& of_edge : run) {
+      if (is_turn_to_poll(edge)) poll_interruption();
+      while (edge >= parts[part].edge_after) ++part;
+      parts[part].records += of_edge.is_border() ? of_border : of_inner;
+      parts[part].faces += EdgeCosts::new_faces(starts[part], of_edge);
+      ++edge;
+    }
+    return true;
+  });
   // A face belongs to the part of its lowest edge. It is a ghost in every other one.
   std::vector<std::uint64_t> own(starts.size());
-  for (const auto& edges : mesh.face_edges) {
-    const auto after = std::ranges::upper_bound(starts, *std::ranges::min_element(edges));
-    ++own[static_cast<std::size_t>(after - starts.begin()) - 1];
+  edges.each_face([&](EdgesInOrder::Faces faces) {
+    std::size_t last = 0;  // mostly that of the face before
+    for (const auto& [a, b, c] : faces) {
+      const EdgeId lowest = std::min({a, b, c});
+      if (lowest < parts[last].first_edge || lowest >= parts[last].edge_after)
+        last = static_cast<std::size_t>(std::ranges::upper_bound(starts, lowest) -
+                                        starts.begin()) -
+               1;
+      ++own[last];
+    }
+  });
+  for (std::size_t at = 0; at < parts.size(); ++at) {
+    parts[at].seconds = 1e-9 * (cost.ns_per_record * static_cast<double>(parts[at].records) +
+                                cost.of_face() * static_cast<double>(parts[at].faces));
+    parts[at].ghosts = parts[at].faces - own[at];
   }
-  for (std::size_t at = 0; at < parts.size(); ++at) parts[at].ghosts = parts[at].faces - own[at];
   return parts;
 }
 

@@ -91,7 +91,7 @@ PartsPlan plan_again(const std::filesystem::path& store, const std::filesystem::
   const BaseMesh mesh = version.read_base_mesh();
   std::vector<EdgeId> starts;
   for (const ShardRecord& shard : version.description().shards) starts.push_back(shard.first_edge);
-  add_figures(file, mesh, starts);
+  add_figures(file, mesh, EdgesInMemory(mesh.topology()), starts);
   file.plan.vertices = counts_at_level(mesh, file.plan.levels - file.plan.base_level).vertices;
   if (before_files) before_files();
   make_new_directory(

@@ -13,8 +13,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// By the levels and attributes of the plan.
 PartCost cost_of_subdivision(const PlanFile& file);
 /// Enters the parts that begin with these edges, and the number of files. `mesh` is that of the
-/// plan.
-void add_figures(PlanFile& file, const BaseMesh& mesh, const std::vector<EdgeId>& starts);
+/// plan, and `edges` are its.
+void add_figures(PlanFile& file, const BaseMesh& mesh, const EdgesInOrder& edges,
+                 const std::vector<EdgeId>& starts);
 
 /// What the part with most bytes needs. `plan_directory` has the files of the plan but `plan`;
 /// `final_path` is its path, beside which a directory is made for a moment.

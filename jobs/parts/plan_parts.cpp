@@ -1,15 +1,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <random>
 #include <utility>
 
 #include "base/default_arithmetic.h"
+#include "base/text.h"
 #include "format/base_index_file.h"
 #include "format/file_names.h"
 #include "job_rules.h"
+#include "layout/base_directory.h"
 #include "mesh/narrowing.h"
 #include "mesh/weld.h"
+#include "parts/base_in_ranges.h"
 #include "parts/calibrate.h"
 #include "parts/cuts.h"
 #include "parts/part_work.h"
@@ -72,6 +77,61 @@ void check_request(const PartsRequest& request) {
   if (request.block_bytes != 0) check_block_bytes(request.block_bytes, "plan parts");
 }
 
+/// What a part of a mesh in a file takes of memory for each of its faces.
+constexpr std::uint64_t kBytesOfFace = 160;
+
+[[noreturn]] void refuse_ranges(const PartsRequest& request, const std::string& why) {
+  throw JobError(
+      ErrorCode::kBudget,
+      fmt::format("plan parts: {} needs {} of memory as a whole, and {} are for it (--memory): {}",
+                  request.mesh.native(), format_bytes(BaseInRanges::whole_bytes(request.mesh)),
+                  format_bytes(request.memory_bytes), why),
+      "memory");
+}
+
+/// The base mesh if it is one in files that is larger than the memory for it.
+std::optional<BaseInRanges> base_in_ranges(const PartsRequest& request) {
+  if (!is_base_directory(request.mesh) || request.weld ||
+      BaseInRanges::whole_bytes(request.mesh) <= request.memory_bytes)
+    return std::nullopt;
+  if (request.layout != kLayoutOfBaseDirectory)
+    refuse_ranges(request, fmt::format("layout {} orders all faces anew, {} keeps their order",
+                                       to_string(request.layout),
+                                       to_string(kLayoutOfBaseDirectory)));
+  if (traits_of(request.scheme).ring_count > 1)
+    refuse_ranges(request, fmt::format("each part of scheme {} reads all of it",
+                                       to_string(request.scheme)));
+  if (request.before_files) request.before_files();
+  return std::make_optional<BaseInRanges>(request.mesh, OutputName(request.plan).path,
+                                          request.memory_bytes);
+}
+
+ComponentType precision_of(const PartsRequest& request, std::optional<BaseInRanges>& ranges,
+                           const BaseMesh& mesh, std::vector<std::string>& warnings) {
+  const std::string& source = request.mesh.native();
+  if (!ranges)
+    return precision_for(mesh.positions(), mesh.faces(), request.levels, request.precision, source,
+                         warnings);
+  if (request.precision && *request.precision != ComponentType::kFloat32)
+    return *request.precision;
+  return precision_for(ranges->narrowing(request.levels), request.precision, source, warnings);
+}
+
+/// memory_of_parts() makes the store of the largest part, and so does whoever makes the part.
+void check_parts(const PartsRequest& request, const PartsPlan& plan) {
+  const std::uint64_t faces =
+      std::ranges::max_element(plan.parts, {}, &PlannedPart::faces)->faces;
+  if (const std::uint64_t needed = kProgramBytes + kBytesOfFace * faces;
+      needed > request.memory_bytes)
+    throw JobError(
+        ErrorCode::kBudget,
+        fmt::format("plan parts: a part of {} faces needs {} for its piece of the base mesh, and "
+                    "{} are for it (--memory): take more than {} parts",
+                    faces, format_bytes(needed), format_bytes(request.memory_bytes),
+                    request.parts),
+        "memory");
+}
+
 }  // namespace
 
 PartCost cost_of_subdivision(const PlanFile& file) {
@@ -82,10 +142,11 @@ PartCost cost_of_subdivision(const PlanFile& file) {
   return cost;
 }
 
-void add_figures(PlanFile& file, const BaseMesh& mesh, const std::vector<EdgeId>& starts) {
+void add_figures(PlanFile& file, const BaseMesh& mesh, const EdgesInOrder& edges,
+                 const std::vector<EdgeId>& starts) {
   PartsPlan& plan = file.plan;
   const PartCost cost = cost_of_subdivision(file);
-  plan.parts = figures_of_parts(mesh.topology(), starts, cost);
+  plan.parts = figures_of_parts(edges, starts, cost);
   for (PlannedPart& part : plan.parts) part.bytes = part.records * bytes_of_records(file);
   const std::uint64_t attributes = file.normals ? 2 : 1;
   plan.files = plan.parts.size() * (attributes * static_cast<std::uint64_t>(cost.levels) + 1) +
@@ -96,7 +157,7 @@ void add_figures(PlanFile& file, const BaseMesh& mesh, const std::vector<EdgeId>
 PartMemory memory_of_parts(const Directory& plan_directory, const PlanFile& file,
                            const std::filesystem::path& final_path,
                            const BackendRegistry& backends) {
-  constexpr std::uint64_t kMiB = 1u << 20, kOfProgram = 64 * kMiB, kOfFace = 160;
+  constexpr std::uint64_t kMiB = 1u << 20, kOfProgram = 64 * kMiB, kOfFace = kBytesOfFace;
   // Positions and base records are in the order of the input, so that any part may touch all pages
   // of them.
   constexpr std::uint64_t kOfOtherFace = 40;
@@ -133,11 +194,15 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
       throw Error(ErrorCode::kCancelled, "plan parts: cancelled");
   };
   go_on(0);
-  BaseMesh mesh = mesh_of_file(request.mesh, request.weld, plan.merged_vertices, plan.warnings);
-  if (const std::uint64_t seams = seam_vertices_of(mesh); seams > 0)
+  std::optional<BaseInRanges> ranges = base_in_ranges(request);
+  BaseMesh mesh =
+      ranges ? ranges->mesh()
+             : mesh_of_file(request.mesh, request.weld, plan.merged_vertices, plan.warnings);
+  if (const std::uint64_t seams = ranges ? ranges->seam_vertices() : seam_vertices_of(mesh);
+      seams > 0)
     plan.warnings.push_back(fmt::format("{}: {}", request.mesh.native(), seam_text(seams)));
-  file.precision = precision_for(mesh.positions(), mesh.faces(), request.levels, request.precision,
-                                 request.mesh.native(), plan.warnings);
+  go_on(0);
+  file.precision = precision_of(request, ranges, mesh, plan.warnings);
   go_on(1);
   const AttributeSchema position{"position", file.precision, 3};
   const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};
@@ -157,10 +222,17 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
                     "(--max-slot)",
                     plan.levels, over_base, kMostFusedLevels));
   go_on(2);
+  if (ranges && plan.base_level > 0)
+    refuse_ranges(request, fmt::format("it is refined {} times in memory first (--max-slot)",
+                                       plan.base_level));
   if (plan.base_level > 0)
     mesh = rebase(in_input_order(std::move(mesh)), plan.base_level, request.scheme, file.precision);
-  LaidOutMesh ordered = laid_out(std::move(mesh), request.layout);
-  mesh = std::move(ordered.mesh);
+  LayoutKind layout = request.layout;
+  if (!has_order(mesh, layout)) {
+    LaidOutMesh ordered = laid_out(std::move(mesh), layout);
+    mesh = std::move(ordered.mesh);
+    layout = ordered.kind;
+  }
   if (request.parts > mesh.edge_count() || request.parts > kMostShards)
     throw Error(
         ErrorCode::kInvalidArgument,
@@ -173,18 +245,21 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   file.edge_count = mesh.edge_count();
   file.face_count = mesh.face_count();
   file.scheme = to_string(request.scheme);
-  file.layout = to_string(ordered.kind);
+  file.layout = to_string(layout);
   file.normals = request.normals;
   file.limit = request.limit;
   file.block_bytes =
       request.block_bytes != 0 ? request.block_bytes : default_block_bytes(backend.traits);
 
   const PartCost cost = cost_of_subdivision(file);
-  add_figures(file, mesh, cut_edges(mesh.topology(), request.parts, cost));
+  const std::unique_ptr<EdgesInOrder> edges =
+      ranges ? ranges->edges() : std::make_unique<EdgesInMemory>(mesh.topology());
+  add_figures(file, mesh, *edges, cut_edges(*edges, request.parts, cost));
+  if (ranges) check_parts(request, plan);
   const bool has_index = wants_index({}, mesh);
   go_on(3);
 
-  if (request.before_files) request.before_files();
+  if (request.before_files && !ranges) request.before_files();
   make_new_directory(
       request.plan, [&](const std::string& what) { plan.warnings.push_back(what); }, remove_plan,
       [&](const Directory& directory) {
@@ -194,7 +269,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
           write_base_index_file(directory, kBaseIndexName, mesh, file.base_mesh.checksum, true);
         go_on(3);
         if (request.calibrate) {
-          plan.rates = measure_machine(directory, file, mesh.topology(), cost,
+          plan.rates = measure_machine(directory, file, *edges, cost,
                                        OutputName(request.plan).path, request.progress, backends);
           for (PlannedPart& part : plan.parts) part.seconds = seconds_of(part, cost, *plan.rates);
         }

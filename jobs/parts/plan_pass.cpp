@@ -109,7 +109,7 @@ PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends)
     cost.levels = plan.levels - plan.base_level;
     cost.ns_per_record = kNsPerByte * static_cast<double>(plan.pass->result.record_bytes());
     cost.ns_per_point = kNsPerPoint;
-    plan.parts = figures_of_parts(store.base().topology(), starts, cost);
+    plan.parts = figures_of_parts(EdgesInMemory(store.base().topology()), starts, cost);
     for (PlannedPart& part : plan.parts)
       part.bytes = part.records * plan.pass->result.record_bytes();
   }

@@ -8,6 +8,7 @@
 
 #include "io/unpublished.h"
 #include "job_rules.h"
+#include "layout/base_directory.h"
 #include "parts/part_tables.h"
 #include "parts/parts_script.h"
 #include "plait/extend/edge_index.h"
@@ -23,6 +24,7 @@ struct PlanArguments : PartsRequest {
   std::vector<std::string> compress;
   std::optional<std::string> pass_name;
   PassRequest of_pass;
+  std::optional<std::uint64_t> memory;
   std::filesystem::path sbatch, chain;
   std::uint32_t longest_array = 1000;
 };
@@ -45,12 +47,12 @@ void check_kind(const PlanArguments& arguments, const JobOptions& options) {
   };
   const auto refuse_options_of_pass = [&](const char* reason) {
     refuse_any(
-        {"factor", "amplitude", "seed", "diagonal", "result", "parameters", "memory", "threads"},
-        reason);
+        {"factor", "amplitude", "seed", "diagonal", "result", "parameters", "threads"}, reason);
   };
   if (arguments.of) {
     refuse_options_of_subdivision("a plan that is made again has the options of its store");
     refuse_options_of_pass("a plan that is made again has the options of its store");
+    refuse_any({"memory"}, "a plan that is made again reads the whole base mesh");
     return refuse_any({"pass"}, "a plan that is made again is that of a subdivision");
   }
   if (arguments.pass_name)
@@ -60,6 +62,10 @@ void check_kind(const PlanArguments& arguments, const JobOptions& options) {
       throw JobError(ErrorCode::kInvalidArgument,
                      fmt::format("plan: expected the option {}, found none", name), name);
   refuse_options_of_pass("this is an option of a pass");
+  if (!is_base_directory(arguments.mesh))
+    refuse_any({"memory"},
+               "a mesh of this format is read as a whole: plait layout makes one of which plan "
+               "reads ranges");
 }
 
 /// "folded,float32,1".
@@ -110,12 +116,14 @@ PartsPlan make_plan(PlanArguments& arguments, const JobCall& call) {
     request.pass.name = *arguments.pass_name;
     request.progress = call.watch.progress;
     request.before_files = call.watch.before_files;
+    if (arguments.memory) request.budget_bytes = *arguments.memory;
     plan = plan_pass(request, call.backends);
   } else if (arguments.of) {
     plan = plan_again(arguments.mesh, arguments.plan, call.backends, call.watch.before_files);
   } else {
     arguments.levels = *arguments.level;
     arguments.parts = *arguments.part_count;
+    if (arguments.memory) arguments.memory_bytes = *arguments.memory;
     arguments.pipeline_of = pipelines_of(compression_of(arguments.compress));
     arguments.progress = call.watch.progress;
     arguments.before_files = call.watch.before_files;
@@ -245,9 +253,12 @@ void add_pass_options(JobTable<PlanArguments>& table) {
       "parameters",
       [](PlanArguments & arguments) -> auto& { return pass_of(arguments).parameters; },
       "A pass of a program's own: a text for it, which the plan keeps");
-  table.bytes(
-      "memory", [](PlanArguments & arguments) -> auto& { return arguments.of_pass.budget_bytes; },
-      "noise: budget for blocks in memory while the positions are read");
+  table.bytes("memory", &PlanArguments::memory,
+              fmt::format("Of a mesh that plait layout made: larger ones are read by ranges, in so "
+                          "much memory, default {}; noise: budget for blocks in memory while the "
+                          "positions are read, default {}",
+                          size_text(PartsRequest().memory_bytes),
+                          size_text(StoreOptions().budget_bytes)));
   table.threads(
       [](PlanArguments & arguments) -> auto& { return arguments.of_pass.threads; },
       "noise: threads that read the positions");

@@ -79,7 +79,7 @@ TEST_CASE("CutEdges_IntoAnyNumberOfParts_NoCutHasACheaperWorstPart") {
     const std::vector<double> best = best_cuts(mesh, cost);
     for (std::uint32_t parts = 1; parts <= mesh.edges.size(); ++parts) {
       CAPTURE(levels, parts);
-      const std::vector<EdgeId> starts = cut_edges(mesh, parts, cost);
+      const std::vector<EdgeId> starts = cut_edges(EdgesInMemory(mesh), parts, cost);
       require_cuts(starts, parts, mesh.edges.size());
       double worst = 0;
       for (std::size_t at = 0; at < parts; ++at)
@@ -99,7 +99,7 @@ TEST_CASE("CutEdges_AMillionParts_HaveOneOrTwoEdges") {
   const BaseMesh base = BaseMesh::build(torus_grid(700, 700));
   const Topology mesh = base.topology();
   constexpr std::uint32_t kParts = 1 << 20;
-  const std::vector<EdgeId> starts = cut_edges(mesh, kParts, cost_of_level(1));
+  const std::vector<EdgeId> starts = cut_edges(EdgesInMemory(mesh), kParts, cost_of_level(1));
   require_cuts(starts, kParts, mesh.edges.size());
   EdgeId longest = static_cast<EdgeId>(mesh.edges.size()) - starts.back();
   for (std::size_t at = 1; at < starts.size(); ++at)
