@@ -1,7 +1,5 @@
 #include "parts/base_in_ranges.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -10,12 +8,9 @@
 #include <utility>
 
 #include "base/interruption.h"
-#include "base/text.h"
 #include "format/file_names.h"
-#include "job.h"
 #include "layout/base_directory.h"
 #include "mesh/weld.h"
-#include "plait/error.h"
 #include "plait/extend/file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -110,14 +105,7 @@ BaseInRanges::BaseInRanges(const std::filesystem::path& base,
       scratch_(final_path, "partial", MadeProof::kMark, [](const Directory& directory) {
         directory.remove_if_possible(kTemporaryName);
       }) {
-  if (memory_bytes < kLeastRangeBytes)
-    throw JobError(ErrorCode::kBudget,
-                   fmt::format("{}: expected at least {} of memory for a base mesh that is read by "
-                               "ranges, found {}",
-                               base.native(), format_bytes(kLeastRangeBytes),
-                               format_bytes(memory_bytes)),
-                   "memory");
-  sort_memory_.bytes = (memory_bytes - kProgramBytes) / 2;
+  sort_memory_.bytes = memory_bytes / 2;
 }
 
 std::uint64_t BaseInRanges::whole_bytes(const std::filesystem::path& base) {

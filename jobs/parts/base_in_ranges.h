@@ -20,15 +20,11 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// What the program takes beside sorts, and the least for these.
-inline constexpr std::uint64_t kProgramBytes = std::uint64_t{64} << 20,
-                               kLeastRangeBytes = std::uint64_t{96} << 20;
-
 class BaseInRanges {
  public:
   /// The directory of the base mesh, as open_base_pages() takes it. Temporary files lie beside
-  /// `final_path`, which need not exist. Errors: those of open_base_pages(); kBudget for less than
-  /// kLeastRangeBytes of memory.
+  /// `final_path`, which need not exist. `memory_bytes` are for the sorts; on top come the border,
+  /// and what one function has of an array. Errors: those of open_base_pages().
   BaseInRanges(const std::filesystem::path& base, const std::filesystem::path& final_path,
                std::uint64_t memory_bytes);
 

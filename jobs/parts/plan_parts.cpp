@@ -83,7 +83,7 @@ constexpr std::uint64_t kBytesOfFace = 160;
 [[noreturn]] void refuse_ranges(const PartsRequest& request, const std::string& why) {
   throw JobError(
       ErrorCode::kBudget,
-      fmt::format("plan parts: {} needs {} of memory as a whole, and {} are for it (--memory): {}",
+      fmt::format("plan parts: {} needs {} of memory as a whole, found {} for it: {}",
                   request.mesh.native(), format_bytes(BaseInRanges::whole_bytes(request.mesh)),
                   format_bytes(request.memory_bytes), why),
       "memory");
@@ -121,12 +121,12 @@ ComponentType precision_of(const PartsRequest& request, std::optional<BaseInRang
 void check_parts(const PartsRequest& request, const PartsPlan& plan) {
   const std::uint64_t faces =
       std::ranges::max_element(plan.parts, {}, &PlannedPart::faces)->faces;
-  if (const std::uint64_t needed = kProgramBytes + kBytesOfFace * faces;
+  if (const std::uint64_t needed = kBytesOfFace * faces;
       needed > request.memory_bytes)
     throw JobError(
         ErrorCode::kBudget,
-        fmt::format("plan parts: a part of {} faces needs {} for its piece of the base mesh, and "
-                    "{} are for it (--memory): take more than {} parts",
+        fmt::format("plan parts: a part of {} faces needs {} of memory for its piece of the base "
+                    "mesh, found {} for it: take more than {} parts",
                     faces, format_bytes(needed), format_bytes(request.memory_bytes),
                     request.parts),
         "memory");

@@ -6,6 +6,7 @@
 #include <limits>
 #include <system_error>
 
+#include "base/text.h"
 #include "io/unpublished.h"
 #include "job_rules.h"
 #include "layout/base_directory.h"
@@ -83,6 +84,17 @@ AttributeSchema schema_in(const std::string& text) {
               fmt::format("expected a type such as float32 or uint8, found \"{}\"", type));
 }
 
+/// What is left for a base mesh that is read by ranges.
+std::uint64_t bytes_for_ranges(std::uint64_t memory) {
+  constexpr std::uint64_t kProgram = std::uint64_t{64} << 20, kLeast = std::uint64_t{96} << 20;
+  if (memory < kLeast)
+    throw JobError(ErrorCode::kBudget,
+                   fmt::format("plan: expected at least {} of memory, found {}",
+                               format_bytes(kLeast), format_bytes(memory)),
+                   "memory");
+  return memory - kProgram;
+}
+
 /// What was made goes if what follows from it cannot be made.
 template <class Step>
 void remove_unless(const std::filesystem::path& made, const Step& succeeds) try {
@@ -123,7 +135,7 @@ PartsPlan make_plan(PlanArguments& arguments, const JobCall& call) {
   } else {
     arguments.levels = *arguments.level;
     arguments.parts = *arguments.part_count;
-    if (arguments.memory) arguments.memory_bytes = *arguments.memory;
+    if (arguments.memory) arguments.memory_bytes = bytes_for_ranges(*arguments.memory);
     arguments.pipeline_of = pipelines_of(compression_of(arguments.compress));
     arguments.progress = call.watch.progress;
     arguments.before_files = call.watch.before_files;

@@ -53,8 +53,8 @@ struct PartsRequest {
   /// Measures this machine for about two seconds by small parts that are removed again. The seconds
   /// of parts are then those of this machine; all other figures and the cuts stay.
   bool calibrate = false;
-  /// For a base mesh in files (`plait layout`): a larger one is read by ranges, in so much memory,
-  /// and sorted in temporary files beside the plan.
+  /// For a base mesh in files (`plait layout`), beside the program: a larger one is read by ranges,
+  /// in so much memory, and sorted in temporary files beside the plan.
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
   /// Called before the first file is made. May throw: then there is no plan.
   std::function<void()> before_files = {};
