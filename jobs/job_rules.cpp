@@ -40,8 +40,7 @@ bool has_order(const BaseMesh& mesh, LayoutKind kind) {
 }
 
 LaidOutMesh laid_out(BaseMesh mesh, LayoutKind kind) {
-  if (!has_order(mesh, kind))
-    return lay_out(in_input_order(std::move(mesh)), kind);
+  if (!has_order(mesh, kind)) return lay_out(in_input_order(std::move(mesh)), kind);
   const LayoutSpans spans = measure_spans(mesh);
   return {std::move(mesh), kind, spans};
 }

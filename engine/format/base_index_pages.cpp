@@ -332,8 +332,8 @@ void BaseIndexPages::forget(MeshArray array, std::uint64_t first, std::uint64_t 
   }
   // Whole pages of the system: others may have a piece of the next array.
   constexpr std::uintptr_t kSystemPage = 4096;
-  const auto start = reinterpret_cast<std::uintptr_t>(memory_of(array)) +
-                     first_page * kIndexPageBytes,
+  const auto start =
+                 reinterpret_cast<std::uintptr_t>(memory_of(array)) + first_page * kIndexPageBytes,
              end = reinterpret_cast<std::uintptr_t>(memory_of(array)) +
                    std::min(page_after * kIndexPageBytes, place.bytes);
   const std::uintptr_t from = (start + kSystemPage - 1) / kSystemPage * kSystemPage,

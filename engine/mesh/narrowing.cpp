@@ -68,8 +68,7 @@ double farthest_move_near(const Vector3<double>& p) {
   return 0.5 * std::sqrt(dot(steps, steps));
 }
 
-void measure_finest_level(const Vector3<double>& p, const EdgesOfVertex& edges,
-                          Narrowing& result) {
+void measure_finest_level(const Vector3<double>& p, const EdgesOfVertex& edges, Narrowing& result) {
   if (!is_finite_position(float32_position(p)) || !(edges.longest > 0)) return;
   const double finest = std::ldexp(edges.longest, -result.levels);
   if (!(farthest_move_near(p) > Narrowing::kMostOfFinestEdge * finest)) return;

@@ -102,9 +102,8 @@ BaseInRanges::BaseInRanges(const std::filesystem::path& base,
                            const std::filesystem::path& final_path, std::uint64_t memory_bytes)
     : pages_(open_base_pages(base)),
       mesh_(BaseMesh::of(pages_)),
-      scratch_(final_path, "partial", MadeProof::kMark, [](const Directory& directory) {
-        directory.remove_if_possible(kTemporaryName);
-      }) {
+      scratch_(final_path, "partial", MadeProof::kMark,
+               [](const Directory& directory) { directory.remove_if_possible(kTemporaryName); }) {
   sort_memory_.bytes = memory_bytes / 2;
 }
 
@@ -240,8 +239,8 @@ class BaseInRanges::Edges final : public EdgesInOrder {
 
   EdgeId count() const override { return static_cast<EdgeId>(base_.mesh_.edge_count()); }
 
-  void each_run(const std::function<bool(EdgeId, std::span<const EarlierEdges>)>& take)
-      const override {
+  void each_run(
+      const std::function<bool(EdgeId, std::span<const EarlierEdges>)>& take) const override {
     SequentialReader<EarlierEdges> reader = edges_.read();
     std::vector<EarlierEdges> run;
     EdgeId first = 0;

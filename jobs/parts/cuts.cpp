@@ -159,9 +159,8 @@ std::vector<PlannedPart> figures_of_parts(const EdgesInOrder& edges,
     for (const auto& [a, b, c] : faces) {
       const EdgeId lowest = std::min({a, b, c});
       if (lowest < parts[last].first_edge || lowest >= parts[last].edge_after)
-        last = static_cast<std::size_t>(std::ranges::upper_bound(starts, lowest) -
-                                        starts.begin()) -
-               1;
+        last =
+            static_cast<std::size_t>(std::ranges::upper_bound(starts, lowest) - starts.begin()) - 1;
       ++own[last];
     }
   });

@@ -72,8 +72,8 @@ class EdgesInMemory final : public EdgesInOrder {
  public:
   explicit EdgesInMemory(const Topology& mesh);
   EdgeId count() const override { return static_cast<EdgeId>(edges_.size()); }
-  void each_run(const std::function<bool(EdgeId, std::span<const EarlierEdges>)>& take)
-      const override;
+  void each_run(
+      const std::function<bool(EdgeId, std::span<const EarlierEdges>)>& take) const override;
   void each_face(const std::function<void(Faces)>& take) const override { take(faces_); }
 
  private:

@@ -95,12 +95,12 @@ std::optional<BaseInRanges> base_in_ranges(const PartsRequest& request) {
       BaseInRanges::whole_bytes(request.mesh) <= request.memory_bytes)
     return std::nullopt;
   if (request.layout != kLayoutOfBaseDirectory)
-    refuse_ranges(request, fmt::format("layout {} orders all faces anew, {} keeps their order",
-                                       to_string(request.layout),
-                                       to_string(kLayoutOfBaseDirectory)));
+    refuse_ranges(request,
+                  fmt::format("layout {} orders all faces anew, {} keeps their order",
+                              to_string(request.layout), to_string(kLayoutOfBaseDirectory)));
   if (traits_of(request.scheme).ring_count > 1)
-    refuse_ranges(request, fmt::format("each part of scheme {} reads all of it",
-                                       to_string(request.scheme)));
+    refuse_ranges(request,
+                  fmt::format("each part of scheme {} reads all of it", to_string(request.scheme)));
   if (request.before_files) request.before_files();
   return std::make_optional<BaseInRanges>(request.mesh, OutputName(request.plan).path,
                                           request.memory_bytes);
@@ -112,23 +112,19 @@ ComponentType precision_of(const PartsRequest& request, std::optional<BaseInRang
   if (!ranges)
     return precision_for(mesh.positions(), mesh.faces(), request.levels, request.precision, source,
                          warnings);
-  if (request.precision && *request.precision != ComponentType::kFloat32)
-    return *request.precision;
+  if (request.precision && *request.precision != ComponentType::kFloat32) return *request.precision;
   return precision_for(ranges->narrowing(request.levels), request.precision, source, warnings);
 }
 
 /// memory_of_parts() makes the store of the largest part, and so does whoever makes the part.
 void check_parts(const PartsRequest& request, const PartsPlan& plan) {
-  const std::uint64_t faces =
-      std::ranges::max_element(plan.parts, {}, &PlannedPart::faces)->faces;
-  if (const std::uint64_t needed = kBytesOfFace * faces;
-      needed > request.memory_bytes)
+  const std::uint64_t faces = std::ranges::max_element(plan.parts, {}, &PlannedPart::faces)->faces;
+  if (const std::uint64_t needed = kBytesOfFace * faces; needed > request.memory_bytes)
     throw JobError(
         ErrorCode::kBudget,
         fmt::format("plan parts: a part of {} faces needs {} of memory for its piece of the base "
                     "mesh, found {} for it: take more than {} parts",
-                    faces, format_bytes(needed), format_bytes(request.memory_bytes),
-                    request.parts),
+                    faces, format_bytes(needed), format_bytes(request.memory_bytes), request.parts),
         "memory");
 }
 
@@ -269,8 +265,8 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
           write_base_index_file(directory, kBaseIndexName, mesh, file.base_mesh.checksum, true);
         go_on(3);
         if (request.calibrate) {
-          plan.rates = measure_machine(directory, file, *edges, cost,
-                                       OutputName(request.plan).path, request.progress, backends);
+          plan.rates = measure_machine(directory, file, *edges, cost, OutputName(request.plan).path,
+                                       request.progress, backends);
           for (PlannedPart& part : plan.parts) part.seconds = seconds_of(part, cost, *plan.rates);
         }
         plan.memory = memory_of_parts(directory, file, OutputName(request.plan).path, backends);

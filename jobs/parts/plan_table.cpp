@@ -47,8 +47,8 @@ void check_kind(const PlanArguments& arguments, const JobOptions& options) {
                reason);
   };
   const auto refuse_options_of_pass = [&](const char* reason) {
-    refuse_any(
-        {"factor", "amplitude", "seed", "diagonal", "result", "parameters", "threads"}, reason);
+    refuse_any({"factor", "amplitude", "seed", "diagonal", "result", "parameters", "threads"},
+               reason);
   };
   if (arguments.of) {
     refuse_options_of_subdivision("a plan that is made again has the options of its store");
@@ -265,12 +265,12 @@ void add_pass_options(JobTable<PlanArguments>& table) {
       "parameters",
       [](PlanArguments & arguments) -> auto& { return pass_of(arguments).parameters; },
       "A pass of a program's own: a text for it, which the plan keeps");
-  table.bytes("memory", &PlanArguments::memory,
-              fmt::format("Of a mesh that plait layout made: larger ones are read by ranges, in so "
-                          "much memory, default {}; noise: budget for blocks in memory while the "
-                          "positions are read, default {}",
-                          size_text(PartsRequest().memory_bytes),
-                          size_text(StoreOptions().budget_bytes)));
+  table.bytes(
+      "memory", &PlanArguments::memory,
+      fmt::format("Of a mesh that plait layout made: larger ones are read by ranges, in so "
+                  "much memory, default {}; noise: budget for blocks in memory while the "
+                  "positions are read, default {}",
+                  size_text(PartsRequest().memory_bytes), size_text(StoreOptions().budget_bytes)));
   table.threads(
       [](PlanArguments & arguments) -> auto& { return arguments.of_pass.threads; },
       "noise: threads that read the positions");

@@ -1,5 +1,5 @@
-// A base mesh in files that is read by ranges says what one in memory says, keeps no array, and gives
-// the same plan.
+// A base mesh in files that is read by ranges says what one in memory says, keeps no array, and
+// gives the same plan.
 #include "parts/base_in_ranges.h"
 
 #include <algorithm>
@@ -135,10 +135,10 @@ TEST_CASE("A base mesh in ranges says what one in memory says") {
   }
   SECTION("many runs of entries") {
     const std::uint32_t part = unless_sanitized(1u, 2u);
-    check_ranges(shuffled(side_by_side({torus_grid(260 / part, 180 / part),
-                                        sheet(150 / part, 150 / part)}),
-                          5),
-                 kMegabyte);
+    check_ranges(
+        shuffled(side_by_side({torus_grid(260 / part, 180 / part), sheet(150 / part, 150 / part)}),
+                 5),
+        kMegabyte);
   }
 }
 

@@ -46,8 +46,8 @@ OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, in
       const int number = level_number(BaseRelativeLevel(refinements), store.base_level());
       LevelFile& file = StoreAccess::level_file(store, attribute, number);
       const std::uint64_t count = file.geometry.block_count();
-      Level& level = levels_.emplace_back(
-          Level{attribute, number, &file, std::make_unique<Block[]>(count)});
+      Level& level =
+          levels_.emplace_back(Level{attribute, number, &file, std::make_unique<Block[]>(count)});
       for (std::uint64_t block = 0; block < count; ++block)
         level.blocks[block].to_fill = static_cast<std::uint32_t>(file.geometry.slot_count(block));
     }

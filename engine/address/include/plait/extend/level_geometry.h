@@ -111,8 +111,8 @@ class LevelGeometry {
            origin_;
   }
 
-  // The members that every look-up of a slot reads come first. On a closed mesh, they are all that a
-  // look-up reads, and they are in one cache line.
+  // The members that every look-up of a slot reads come first. On a closed mesh, they are all that
+  // a look-up reads, and they are in one cache line.
   std::uint64_t whole_bytes_ = 0, half_saving_bytes_ = 0;
   std::uint64_t origin_ = 0;  ///< bytes of the level before first_edge_
   int shift_ = 0;
