@@ -143,7 +143,7 @@ class StoreAccess {
   /// the pass's threads, several at once.
   using BlockFilled =
       std::function<void(AttributeId, int level, std::uint64_t block, std::span<const std::byte>)>;
-  /// For the passes from now on; nothing: none. Errors: kBadState during a pass.
+  /// For the passes from now on; nothing: none. REQUIRES: no pass is under way. Errors: none.
   static void set_block_filled(Store& store, BlockFilled filled);
   static const BlockFilled& block_filled(const Store& store);
   /// The name that the attribute has when the work under way is done: a replacement has another
