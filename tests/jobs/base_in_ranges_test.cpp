@@ -163,7 +163,7 @@ TEST_CASE("A plan of a base mesh that is larger than its memory is that of the w
   const PartsPlan ranges = plan_parts(request, default_backends());
   CHECK(when_asked == Names{"m.base", "whole.plan"});
   CHECK(Directory(files.path()).names() == Names{"m.base", "ranges.plan", "whole.plan"});
-  CHECK(whole.warnings.size() > 0);
+  CHECK_FALSE(whole.warnings.empty());
   REQUIRE(ranges.warnings.size() == whole.warnings.size());
   CHECK(ranges.warnings == whole.warnings);
   CHECK(ranges.files == whole.files);
