@@ -19,7 +19,7 @@ TEST_CASE("PlanMemory_OfALargerBaseMesh_IsThatOfTheOption") {
   constexpr std::uint64_t kMebibyte = 1 << 20;
   const TemporaryDirectory here;
   const auto succeed = [&](const Names& arguments) {
-    const Outcome outcome = run(here.path(), arguments);
+    Outcome outcome = run(here.path(), arguments);
     CAPTURE(arguments, outcome.errors);
     REQUIRE(outcome.status == 0);
     return outcome;
