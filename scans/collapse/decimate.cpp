@@ -30,8 +30,8 @@ constexpr ShapeLimits kFirm{0.2, 0.5, 0.5}, kLoose{0.1, 0.2, 0.2}, kLast{0.02, 0
 /// With the first limits alone, thin parts lock: of the last edges, nine of ten may not collapse,
 /// so the last collapses take what is left, not what is cheapest. Faces there stay small, and
 /// others become too large. A stage tries again what stages before it refused. The last two are for
-/// scans whose own faces are needles, or turn by more than the limits because of noise: only the
-/// plane that a collapse is laid out in limits it then.
+/// scans whose own faces are needles or turn by more than the limits: only the plane that a collapse
+/// is laid out in limits it then.
 constexpr std::array<Stage, 6> kStages = {{{kTileSurplus, kFirm},
                                            {kMiddleSurplus, kLoose},
                                            {1, kLoose},
@@ -40,9 +40,15 @@ constexpr std::array<Stage, 6> kStages = {{{kTileSurplus, kFirm},
                                            {1, kAny}}};
 constexpr std::array<Stage, 5> kFirmStages = {
     {{1, kFirm}, {1, kLoose}, {1, kLast}, {1, kRough}, {1, kAny}}};
+/// A scan that is rough everywhere has no use for limits of shape: they would refuse cheap collapses
+/// nearly everywhere, and dear ones would go on where the surface is smooth by chance, until a limb
+/// is gone.
+constexpr std::array<Stage, 2> kRoughStages = {{{kTileSurplus, kAny}, {1, kAny}}};
+/// Of the edges that are no creases: more turn further than kFirm lets a face turn. Scans of things
+/// have up to 0.02, noise of a fifth of an edge 0.07.
+constexpr double kRoughShare = 0.05;
 /// Tiles do the first stage, so that it is the last part of the work, over the whole surface, that
 /// decides where faces are. Each tile keeps the same share of its faces.
-constexpr Stage kTileStage = kStages.front();
 
 constexpr FaceId kFacesBetweenTells = 1 << 16;
 
@@ -54,6 +60,7 @@ class Decimator {
         first_faces_(scan.faces.size()) {
     normalise(scan);
     add_quadrics();
+    is_rough_ = rough_share() > kRoughShare;
   }
 
   void run() {
@@ -62,9 +69,7 @@ class Decimator {
     std::iota(faces.begin(), faces.end(), FaceId{0});
     Collapser collapser(state_, Collapser::kWhole);
     const auto tell = [&] { tell_gone(first_faces_ - state_.mesh.live_faces()); };
-    const std::span<const Stage> stages =
-        options_.firm ? std::span<const Stage>(kFirmStages) : std::span<const Stage>(kStages);
-    for (const Stage& stage : stages) {
+    for (const Stage& stage : stages()) {
       const std::uint64_t goal = faces_of(stage);
       std::uint64_t before = 0;
       do {
@@ -83,6 +88,12 @@ class Decimator {
  private:
   void normalise(const Surface& scan);
   void add_quadrics();
+  double rough_share() const;
+  /// The first one is also that of tiles.
+  std::span<const Stage> stages() const {
+    if (options_.firm) return kFirmStages;
+    return is_rough_ ? std::span<const Stage>(kRoughStages) : kStages;
+  }
   void collapse_in_tiles();
   std::uint64_t faces_of(const Stage& stage) const {
     return static_cast<std::uint64_t>(stage.surplus * static_cast<double>(options_.faces));
@@ -95,6 +106,7 @@ class Decimator {
   CollapseRefusals limits_;
   Point middle_{};
   double diagonal_ = 1;
+  bool is_rough_ = false;
 };
 
 void Decimator::normalise(const Surface& scan) {
@@ -144,8 +156,32 @@ void Decimator::add_quadrics() {
     quadrics[vertex].scale(double{options_.weights[vertex]});
 }
 
+double Decimator::rough_share() const {
+  const CollapsingMesh& mesh = state_.mesh;
+  const auto normal_of = [&](FaceId face) {
+    const auto& [a, b, c] = mesh.faces()[face];
+    return area_vector(state_.positions[a], state_.positions[b], state_.positions[c]);
+  };
+  std::uint64_t edges = 0, rough = 0;
+  for (FaceId face = 0; face < first_faces_; ++face) {
+    if (face % kFacesBetweenTells == 0) tell_gone(0);
+    const Point normal = normal_of(face);
+    for (int side = 0; side < 3; ++side) {
+      const FaceSide edge(face, side), beyond = mesh.across(edge);
+      if (!beyond.exists() || beyond.code < edge.code || mesh.is_crease(edge)) continue;
+      const Point other = normal_of(beyond.face());
+      ++edges;
+      rough += dot(normal, other) < kFirm.least_turn * length(normal) * length(other) ? 1u : 0u;
+    }
+  }
+  return edges == 0 ? 0 : static_cast<double>(rough) / static_cast<double>(edges);
+}
+
 void Decimator::collapse_in_tiles() {
-  const std::uint64_t keep = faces_of(kTileStage);
+  const Stage& stage = stages().front();
+  // Also where all limits are firm.
+  const auto keep =
+      static_cast<std::uint64_t>(kTileSurplus * static_cast<double>(options_.faces));
   if (keep >= first_faces_ / 2) return;
   const std::vector<std::vector<FaceId>> tiles =
       face_tiles(state_.positions, state_.mesh.faces(), options_.tile_faces);
@@ -161,7 +197,7 @@ void Decimator::collapse_in_tiles() {
         static_cast<std::uint64_t>(static_cast<double>(faces.size()) * static_cast<double>(keep) /
                                    static_cast<double>(first_faces_));
     gone += Collapser(state_, static_cast<std::uint32_t>(tile))
-                .collapse(faces, kTileStage.limits, faces.size() - kept, tell);
+                .collapse(faces, stage.limits, faces.size() - kept, tell);
   };
   each_on_workers(std::size_t{0}, tiles.size(), collapse);
   state_.tiles = {};

@@ -133,6 +133,21 @@ TEST_CASE("Decimate_NoiseAndNeedlesOfTheScan_ReachTheFaces") {
   }
 }
 
+// With the limits of shape of clean scans, a bump is gone here and there: 3.7 %, not 1.5.
+TEST_CASE("Decimate_NoiseOfHalfAnEdge_LosesNoPart") {
+  IndexedMesh mesh = bumpy_torus();
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 0.5 * mean_edge_of({mesh.positions, mesh.faces}));
+  for (Point& p : mesh.positions) p = p + Point{noise(random), noise(random), noise(random)};
+  const Surface scan = surface_of(mesh);
+  const TriangleSet from{scan.positions, scan.faces};
+  const Decimated result = decimate(scan, {.faces = 320});
+  const TriangleSet to{result.positions, result.faces};
+  const Distances distances =
+      measure_distances(from, TriangleTree(to.positions, to.faces), to, {.samples = 20000});
+  CHECK(distances.rms < 0.02 * diagonal_of(from));
+}
+
 TEST_CASE("Decimate_TooFewFaces_StopsAndSaysWhatKeptThem") {
   const Surface scan = surface_of(torus_grid(20, 20));
   const Decimated result = decimate(scan, {.faces = 4});  // a torus has 14 faces or more
