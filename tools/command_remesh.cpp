@@ -77,6 +77,10 @@ std::string remesh_text(const Json& report) {
   text += fmt::format("  {} edges folded over 150 degrees (the scan: {})\n",
                       number_text(report["folded_edges"]),
                       number_text(report["scan_figures"]["folded_edges"]));
+  if (report.contains("crossing_faces"))
+    text += fmt::format("  {} faces pass through others (the scan: {})\n",
+                        number_text(report["crossing_faces"]),
+                        number_text(report["scan_crossing_faces"]));
   text += fmt::format(
       "  areas of small faces within a base face, 99th percentile to 1st: at most {:.1f} in 90 % "
       "of "

@@ -105,6 +105,7 @@ class ScanRun {
               kFarEdges * report_.mean_edge);
       if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
     }
+    if (request_.report_samples > 0) count_crossings();
     make_store();
     return std::move(report_);
   }
@@ -122,6 +123,7 @@ class ScanRun {
   void give_depths();
   void measure(const IndexedMesh& small, WorkPart to_store, WorkPart to_scan, double far);
   std::string far_text() const;
+  void count_crossings();
 
   RemeshRequest request_;  ///< search() sets faces and levels
   const BackendRegistry& backends_;
@@ -370,6 +372,27 @@ std::string ScanRun::far_text() const {
       request_.levels > 1
           ? fmt::format(" --levels {}, which makes as many vertices", request_.levels - 1)
           : std::string());
+}
+
+/// Sheets that are nearer to each other than the store is to the scan may pass through each other,
+/// and no distance shows it.
+void ScanRun::count_crossings() {
+  const Stopwatch clock;
+  const auto go_on = [this] { progress_.begin("crossings", kMeasuringScan.last); };
+  const IndexedMesh small = small_triangles(sampled_.surface);
+  const TriangleSet scan{scan_.positions, scan_.faces}, store{small.positions, small.faces};
+  report_.scan_crossings = find_crossings(scan, *scan_tree_, go_on);
+  report_.crossings =
+      find_crossings(store, TriangleTree(store.positions, store.faces, go_on), go_on);
+  report_.report_seconds += clock.seconds();
+  if (!watch_.warn || report_.crossings.faces <= report_.scan_crossings.faces) return;
+  const Point at = report_.crossings.first;
+  watch_.warn(
+      fmt::format("remesh {}: {} small faces pass through others, and {} faces of the scan do, "
+                  "first around ({:.6g}, {:.6g}, {:.6g}): take more faces where sheets are so near "
+                  "to each other, as with --faces {}",
+                  request_.scan.native(), report_.crossings.faces, report_.scan_crossings.faces,
+                  at.x, at.y, at.z, 4 * report_.base.faces));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "distance/crossings.h"
 #include "distance/distances.h"
 #include "option_text.h"
 #include "plait/attribute.h"
@@ -92,7 +93,10 @@ struct RemeshReport {
   std::uint64_t exact_faces = 0;      ///< of the base mesh: they lie on the scan before relax()
   std::uint64_t relaxed_samples = 0;  ///< moved by relax()
   std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()
-  std::uint64_t folds = 0;         ///< edges of small triangles (sample/folds.h)
+  std::uint64_t folds = 0;  ///< edges of small triangles (sample/folds.h)
+  /// Of the scan, and of the small triangles of all levels, with distances in the report. More of
+  /// the store than of the scan are a warning.
+  Crossings scan_crossings, crossings;
   std::uint64_t faces_asked = 0;   ///< of the last base mesh
   int levels = 0;                  ///< of the store
   double max_distance = 0;         ///< in units of the scan; 0: none was asked for

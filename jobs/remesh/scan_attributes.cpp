@@ -132,11 +132,14 @@ void ScanAttributes::fill_holes(const Surface& scan) {
   }
   if (fills.empty()) return;
   // The faces around such a vertex go around it once, so each neighbour follows it in one face.
+  // What fills a hole is numbered from the border inwards, so smaller numbers have their records
+  // already.
   std::vector<std::vector<VertexId>> neighbours(fills.size());
   for (const auto& face : scan.faces)
     for (std::size_t corner = 0; corner < 3; ++corner)
       if (const VertexId record = record_of_[face[corner]]; record >= known)
-        neighbours[record - known].push_back(record_of_[face[(corner + 1) % 3]]);
+        if (const VertexId neighbour = record_of_[face[(corner + 1) % 3]]; neighbour < record)
+          neighbours[record - known].push_back(neighbour);
   for (std::size_t attribute = 0; attribute < attributes_.size(); ++attribute) {
     MeshAttribute& whole = attributes_[attribute];
     const std::size_t bytes = whole.schema.record_bytes();

@@ -29,7 +29,8 @@ class ScanAttributes {
  public:
   ScanAttributes() = default;
   /// `attributes` are those of the mesh before the repair, and repaired.origin says which of their
-  /// records belong to which vertex. A vertex that fills a hole gets the mean of its neighbours.
+  /// records belong to which vertex. A vertex that fills a hole gets the mean of its neighbours
+  /// that are nearer to the border.
   ScanAttributes(std::vector<MeshAttribute> attributes, const Repaired& repaired);
 
   std::size_t count() const { return attributes_.size(); }

@@ -30,8 +30,8 @@ constexpr ShapeLimits kFirm{0.2, 0.5, 0.5}, kLoose{0.1, 0.2, 0.2}, kLast{0.02, 0
 /// With the first limits alone, thin parts lock: of the last edges, nine of ten may not collapse,
 /// so the last collapses take what is left, not what is cheapest. Faces there stay small, and
 /// others become too large. A stage tries again what stages before it refused. The last two are for
-/// scans whose own faces are needles or turn by more than the limits: only the plane that a collapse
-/// is laid out in limits it then.
+/// scans whose own faces are needles or turn by more than the limits: only the plane that a
+/// collapse is laid out in limits it then.
 constexpr std::array<Stage, 6> kStages = {{{kTileSurplus, kFirm},
                                            {kMiddleSurplus, kLoose},
                                            {1, kLoose},
@@ -40,9 +40,9 @@ constexpr std::array<Stage, 6> kStages = {{{kTileSurplus, kFirm},
                                            {1, kAny}}};
 constexpr std::array<Stage, 5> kFirmStages = {
     {{1, kFirm}, {1, kLoose}, {1, kLast}, {1, kRough}, {1, kAny}}};
-/// A scan that is rough everywhere has no use for limits of shape: they would refuse cheap collapses
-/// nearly everywhere, and dear ones would go on where the surface is smooth by chance, until a limb
-/// is gone.
+/// A scan that is rough everywhere has no use for limits of shape: they would refuse cheap
+/// collapses nearly everywhere, and dear ones would go on where the surface is smooth by chance,
+/// until a limb is gone.
 constexpr std::array<Stage, 2> kRoughStages = {{{kTileSurplus, kAny}, {1, kAny}}};
 /// Of the edges that are no creases: more turn further than kFirm lets a face turn. Scans of things
 /// have up to 0.02, noise of a fifth of an edge 0.07.
@@ -180,8 +180,7 @@ double Decimator::rough_share() const {
 void Decimator::collapse_in_tiles() {
   const Stage& stage = stages().front();
   // Also where all limits are firm.
-  const auto keep =
-      static_cast<std::uint64_t>(kTileSurplus * static_cast<double>(options_.faces));
+  const auto keep = static_cast<std::uint64_t>(kTileSurplus * static_cast<double>(options_.faces));
   if (keep >= first_faces_ / 2) return;
   const std::vector<std::vector<FaceId>> tiles =
       face_tiles(state_.positions, state_.mesh.faces(), options_.tile_faces);

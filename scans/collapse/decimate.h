@@ -62,10 +62,10 @@ struct Decimated {
 /// Edges inside of tiles collapse first, until ten times as many faces are left as asked for, on
 /// all threads of the present arena. Then all edges do, on one thread, and faces may turn further
 /// and be thinner, so that no part of the surface locks; in the end as far as the layout of a
-/// collapse in the plane allows. Where more than a twentieth of the scan's edges turn by more than 60
-/// degrees, besides creases, nothing else limits the shape of faces. The result depends on the surface and the options alone. Memory:
-/// about 200 bytes for a face of the scan. Errors: kCancelled, kNotSupported (collapse_history.h).
-/// Pinned by tests/scans/decimate_test.cpp.
+/// collapse in the plane allows. Where more than a twentieth of the scan's edges turn by more than
+/// 60 degrees, besides creases, nothing else limits the shape of faces. The result depends on the
+/// surface and the options alone. Memory: about 200 bytes for a face of the scan. Errors:
+/// kCancelled, kNotSupported (collapse_history.h). Pinned by tests/scans/decimate_test.cpp.
 Decimated decimate(const Surface& scan, const DecimateOptions& options);
 
 PLAIT_END_NAMESPACE

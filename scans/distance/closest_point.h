@@ -36,6 +36,8 @@ class TriangleTree {
   /// The closest point of all faces. `hint` is a face that may be near: the nearer it is, the
   /// faster the search.
   ClosestPoint closest(Point p, FaceId hint = 0) const;
+  /// Sets `found` to the faces whose boxes, or those of faces near them, meet the box of `points`.
+  void faces_in_box(const std::array<Point, 3>& points, std::vector<FaceId>& found) const;
 
  private:
   struct Node {

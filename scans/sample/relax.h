@@ -30,8 +30,9 @@ struct RelaxOptions {
 
 /// Moves samples along the faces of the scan, in each round by shorter ways. A sample moves if the
 /// estimated squared distances between the scan and the small triangles around it fall
-/// (sample_ring.h). No triangle turns over in exchange. Samples on the border of the base mesh
-/// stay, and no sample crosses a border of the scan. Returns how many samples moved.
+/// (sample_ring.h). No triangle turns over in exchange, unless one beside it is turned already.
+/// Samples on the border of the base mesh stay, and no sample crosses a border of the scan. Returns
+/// how many samples moved.
 ///
 /// `samples` are those of sample_scan(). All threads of the present arena, with the same result for
 /// each number. Memory: 180 bytes a sample, and 48 bytes a vertex of the scan. Errors: kCancelled.

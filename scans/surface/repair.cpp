@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "base/interruption.h"
@@ -12,6 +13,7 @@
 #include "mesh/weld.h"
 #include "plait/error.h"
 #include "surface/edge_pairs.h"
+#include "surface/hole_fill.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -67,6 +69,7 @@ class Repair {
   bool split_vertices();
   void remove_small_components(std::uint64_t least);
   void fill_holes(std::uint64_t most_edges);
+  void fill_hole(const std::vector<FaceSide>& hole);
   void remove_unused_vertices();
   std::uint64_t seam_vertices() const;
 
@@ -275,32 +278,43 @@ void Repair::fill_holes(std::uint64_t most_edges) {
   for_each_border(faces_.size(), across_, [&](const std::vector<FaceSide>& border) {
     if (border.size() <= most_edges) holes.push_back(border);
   });
-  for (const std::vector<FaceSide>& hole : holes) {
-    Point middle{0, 0, 0};
-    for (const FaceSide side : hole)
-      middle = middle + positions_[corner(side.face(), side.side() + 1)];
-    const auto vertex = static_cast<VertexId>(positions_.size());
-    positions_.push_back((1 / static_cast<double>(hole.size())) * middle);
-    origin_.push_back(kNoId);
-    // The border runs along the sides. New face i has side i the other way around, then the middle.
-    const FaceId first = face_count();
-    const auto count = static_cast<FaceId>(hole.size());
-    for (FaceId i = 0; i < count; ++i) {
-      const FaceSide side = hole[i];
-      faces_.push_back(
-          {corner(side.face(), side.side() + 2), corner(side.face(), side.side() + 1), vertex});
-      across_.resize(3 * faces_.size());
-      across_[FaceSide(first + i, 2).code] = side;
-      across_[side.code] = FaceSide(first + i, 2);
-      // Side 0 runs from the start of hole[i] to the middle, where the face of hole[i - 1] is.
-      const FaceId earlier = first + (i + count - 1) % count;
-      across_[FaceSide(first + i, 0).code] = FaceSide(earlier, 1);
-    }
-    for (FaceId i = 0; i < count; ++i)
-      across_[FaceSide(first + i, 1).code] = FaceSide(first + (i + 1) % count, 0);
-    ++list_.filled_holes;
-    list_.filled_hole_faces += count;
+  for (const std::vector<FaceSide>& hole : holes) fill_hole(hole);
+}
+
+void Repair::fill_hole(const std::vector<FaceSide>& hole) {
+  std::vector<VertexId> vertices;
+  std::vector<Point> border;
+  for (const FaceSide side : hole) {
+    vertices.push_back(corner(side.face(), side.side() + 1));
+    border.push_back(positions_[vertices.back()]);
   }
+  const HoleFill fill = plait::fill_hole(border);
+  for (const Point& p : fill.inner) {
+    vertices.push_back(static_cast<VertexId>(positions_.size()));
+    positions_.push_back(p);
+    origin_.push_back(kNoId);
+  }
+  // The side that runs from a vertex of the fill to another one. The hole's own sides run along it.
+  std::map<std::array<VertexId, 2>, FaceSide> sides;
+  const auto count = static_cast<VertexId>(hole.size());
+  for (VertexId i = 0; i < count; ++i) sides[{i, (i + 1) % count}] = hole[i];
+  for (const auto& face : fill.faces) {
+    const FaceId added = face_count();
+    faces_.push_back({vertices[face[0]], vertices[face[1]], vertices[face[2]]});
+    across_.resize(3 * faces_.size());
+    for (int side = 0; side < 3; ++side) {
+      const FaceSide here(added, side);
+      const VertexId start = face[static_cast<std::size_t>((side + 1) % 3)],
+                     end = face[static_cast<std::size_t>((side + 2) % 3)];
+      sides[{start, end}] = here;
+      const auto beyond = sides.find({end, start});
+      if (beyond == sides.end()) continue;
+      across_[here.code] = beyond->second;
+      across_[beyond->second.code] = here;
+    }
+  }
+  ++list_.filled_holes;
+  list_.filled_hole_faces += fill.faces.size();
 }
 
 void Repair::remove_unused_vertices() {

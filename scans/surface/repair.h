@@ -56,14 +56,14 @@ SurfaceFigures figures_of(const Surface& surface);
 struct Repaired {
   Surface surface;
   /// [vertex] the vertex of the mesh before; kNoId for one that fills a hole: its attributes are
-  /// the mean of those of its neighbours.
+  /// the mean of those of its neighbours with smaller numbers, which are nearer to the border.
   std::vector<VertexId> origin;
   RepairList list;
   /// Vertices of the mesh before, at borders of this surface, whose positions others of them have.
   std::uint64_t seam_vertices = 0;
 };
 
-/// Repairs `mesh`. A hole is filled by a fan around the mean of its vertices. O(F). Errors:
+/// Repairs `mesh`. A hole is filled as hole_fill.h says. O(F). Errors:
 /// kInvalidArgument for an index out of range, for a component that cannot be oriented (a Moebius
 /// strip), naming one of its edges, and if no face is left. `source` (a file name) begins the
 /// messages. Pinned by tests/scans/repair_test.cpp.

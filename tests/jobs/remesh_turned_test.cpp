@@ -88,7 +88,10 @@ class FacesBelow {
 TEST_CASE("Remesh_TurnedFaces_AreMarkedAtTheirCorners") {
   const RemeshFiles files;
   const IndexedMesh scan = crumpled_sheet();
-  const RemeshReport report = files.run(scan, 40);
+  write_ply(files.scan, scan);
+  RemeshRequest request = files.request(40);
+  request.precision = ComponentType::kFloat64;  // float32 would turn needles
+  const RemeshReport report = files.run(request);
   REQUIRE(report.turned > 0);
   CHECK(report.base_meshes == 1);
   CHECK(report.turned_before > report.turned);
@@ -98,15 +101,14 @@ TEST_CASE("Remesh_TurnedFaces_AreMarkedAtTheirCorners") {
   std::vector<bool> marked(numbering.vertex_count()), must(marked.size()), may(marked.size());
   std::uint64_t turned = 0, unclear = 0;
   for_each_patch(store, [&](const PatchView& patch) {
-    const auto position = patch.attribute<Vector3<float>>("position");
+    const auto position = patch.attribute<Vector3<double>>("position");
     const auto marks = patch.attribute<std::uint8_t>("turned");
     for_each_triangle(3, [&](const std::array<FacePoint, 3>& points) {
       std::array<Vector3<double>, 3> corners;
       std::array<std::uint64_t, 3> numbers{};
       for (std::size_t at = 0; at < 3; ++at) {
         const FacePoint& p = points[at];
-        const Vector3<float>& narrow = position.at(p.i, p.j);
-        corners[at] = {narrow.x, narrow.y, narrow.z};
+        corners[at] = position.at(p.i, p.j);
         numbers[at] = numbering.number({patch.face(), 3, p.i, p.j});
         marked[numbers[at]] = marks.at(p.i, p.j) == 1;
         CHECK(marks.at(p.i, p.j) <= 1);
@@ -160,6 +162,32 @@ TEST_CASE("Remesh_BaseMeshThatIsTheScan_IsExactAndNothingMoves") {
     CHECK(report.to_store.max < 1e-13 * report.diagonal);
     CHECK(report.to_scan.max < 1e-13 * report.diagonal);
   }
+}
+
+// The closest points of the one sheet are on the other, so no distance shows it.
+TEST_CASE("Remesh_SheetsNearerThanItsDistance_SaysThatTheyPassThroughEachOther") {
+  const RemeshFiles files;
+  IndexedMesh mesh = sheet(60, 60);
+  for (Vector3<double>& p : mesh.positions) p.z = 3 * std::sin(0.2 * p.x) * std::cos(0.3 * p.y);
+  const auto count = static_cast<VertexId>(mesh.positions.size());
+  for (VertexId vertex = 0; vertex < count; ++vertex)
+    mesh.positions.push_back(mesh.positions[vertex] + Vector3<double>{0, 0, 0.01});
+  const std::size_t faces = mesh.faces.size();
+  for (std::size_t face = 0; face < faces; ++face) {
+    const auto [a, b, c] = mesh.faces[face];
+    mesh.faces.push_back({a + count, c + count, b + count});
+  }
+  write_ply(files.scan, mesh);
+  std::vector<std::string> warnings;
+  JobWatch watch;
+  watch.warn = [&](const std::string& line) { warnings.push_back(line); };
+  const RemeshReport report = files.run(files.request(120, 2), watch);
+  CHECK(report.scan_crossings.faces == 0);
+  CHECK(report.crossings.faces > 0);
+  CHECK(std::ranges::any_of(warnings, [](const std::string& line) {
+    return line.find("small faces pass through others, and 0 faces of the scan") !=
+           std::string::npos;
+  }));
 }
 
 TEST_CASE("Remesh_Plane_IsExactToItsCorners") {

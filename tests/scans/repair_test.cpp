@@ -1,5 +1,6 @@
 #include "surface/repair.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -204,6 +205,40 @@ TEST_CASE("Repair_Holes_AreFilledUpToTheirSize") {
   CHECK(both.list.filled_hole_faces == 7);
   CHECK(figures_of(both.surface).euler_number == 0);
   CHECK(both.origin.back() == kNoId);
+}
+
+// A fan would have all edges of the hole at one vertex.
+TEST_CASE("Repair_LargeHole_IsFilledWithoutVerticesOfManyFaces") {
+  for (const double radius : {2.3, 4.1, 9.0, 17.5}) {
+    CAPTURE(radius);
+    IndexedMesh mesh = sheet(40, 40);
+    for (Point& p : mesh.positions) p.z = 0;
+    std::erase_if(mesh.faces, [&](const auto& face) {
+      return length(mesh.positions[face[0]] - Point{20, 20, 0}) < radius;
+    });
+    const SurfaceFigures before = figures_of(repaired(mesh).surface);
+    REQUIRE(before.borders == 2);
+    const Repaired filled = repaired(mesh, {.fill_holes = before.border_edges - 160});
+    CHECK(filled.list.filled_holes == 1);
+    const SurfaceFigures figures = figures_of(filled.surface);
+    CHECK(figures.borders == 1);
+    CHECK(figures.euler_number == 1);
+    // The sides know each other as they do when the faces are read again.
+    CHECK(filled.surface.across ==
+          repaired({filled.surface.positions, filled.surface.faces}).surface.across);
+    std::vector<int> faces_at(filled.surface.positions.size(), 0);
+    double area = 0;
+    for (const auto& face : filled.surface.faces) {
+      for (const VertexId vertex : face) ++faces_at[vertex];
+      const Point normal =
+          area_vector(filled.surface.positions[face[0]], filled.surface.positions[face[1]],
+                      filled.surface.positions[face[2]]);
+      CHECK(normal.z > 0);
+      area += normal.z / 2;
+    }
+    CHECK(area == Approx(40 * 40));
+    CHECK(*std::ranges::max_element(faces_at) <= 12);
+  }
 }
 
 }  // namespace plait::test

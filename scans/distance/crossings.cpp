@@ -1,0 +1,92 @@
+#include "distance/crossings.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "base/threads.h"
+#include "surface/paced_ranges.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr std::size_t kFacesOfThread = 256;
+constexpr Pace kPaceOfFaces{4096, 1 << 17};
+/// Of lengths and areas: what is nearer only touches, so that rounding makes no crossing.
+constexpr double kTouch = 1e-9;
+
+using Corners = std::array<Point, 3>;
+
+/// Whether the segment passes through the inside of the triangle.
+bool passes(Point p, Point q, const Corners& triangle) {
+  const Point normal = area_vector(triangle[0], triangle[1], triangle[2]);
+  const Point from = p - triangle[0], to = q - triangle[0];
+  const double above = dot(normal, from), below = dot(normal, to);
+  const double touch = kTouch * length(normal) * length(q - p);
+  if (!((above > touch && below < -touch) || (above < -touch && below > touch))) return false;
+  const Point at = p + (above / (above - below)) * (q - p);
+  const double edge = kTouch * dot(normal, normal);
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const Point a = triangle[corner], b = triangle[(corner + 1) % 3];
+    if (!(dot(cross(b - a, at - a), normal) > edge)) return false;
+  }
+  return true;
+}
+
+bool cross_each_other(const Corners& one, const Corners& two) {
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    if (passes(one[corner], one[(corner + 1) % 3], two)) return true;
+    if (passes(two[corner], two[(corner + 1) % 3], one)) return true;
+  }
+  return false;
+}
+
+/// A corner may be there twice, at a seam.
+bool have_a_corner_in_common(const Corners& one, const Corners& two) {
+  return std::ranges::any_of(
+      one, [&](const Point& p) { return std::ranges::find(two, p) != two.end(); });
+}
+
+}  // namespace
+
+Crossings find_crossings(const TriangleSet& triangles, const TriangleTree& tree,
+                         const std::function<void()>& go_on) {
+  const auto corners_of = [&](FaceId face) {
+    const auto& [a, b, c] = triangles.faces[face];
+    return Corners{triangles.positions[a], triangles.positions[b], triangles.positions[c]};
+  };
+  const auto has_crossing = [&](FaceId face, std::vector<FaceId>& near) {
+    const Corners own = corners_of(face);
+    tree.faces_in_box({own[0], own[1], own[2]}, near);
+    return std::ranges::any_of(near, [&](FaceId other) {
+      const Corners there = corners_of(other);
+      return !have_a_corner_in_common(own, there) && cross_each_other(own, there);
+    });
+  };
+  std::vector<std::uint8_t> crosses(triangles.faces.size(), 0);
+  for_paced_ranges(
+      crosses.size(), kPaceOfFaces,
+      [&](std::size_t) {
+        if (go_on) go_on();
+      },
+      [&](std::size_t first, std::size_t last) {
+        const std::size_t parts = (last - first + kFacesOfThread - 1) / kFacesOfThread;
+        each_on_workers(std::size_t{0}, parts, [&](std::size_t part) {
+          std::vector<FaceId> near;
+          const std::size_t start = first + part * kFacesOfThread;
+          for (std::size_t face = start; face < std::min(start + kFacesOfThread, last); ++face)
+            crosses[face] = has_crossing(static_cast<FaceId>(face), near) ? 1 : 0;
+        });
+      });
+  Crossings result;
+  result.faces = static_cast<std::uint64_t>(std::count(crosses.begin(), crosses.end(), 1));
+  if (result.faces > 0) {
+    const auto first = std::find(crosses.begin(), crosses.end(), 1) - crosses.begin();
+    result.first = corners_of(static_cast<FaceId>(first))[0];
+  }
+  return result;
+}
+
+PLAIT_END_NAMESPACE
