@@ -35,12 +35,31 @@ bool passes(Point p, Point q, const Corners& triangle) {
   return true;
 }
 
+/// Whether `other` has corners on both sides of the plane of `one`, which most near faces do not.
+bool is_on_both_sides(const Corners& one, const Corners& other) {
+  const Point normal = area_vector(one[0], one[1], one[2]);
+  bool above = false, below = false;
+  for (const Point& p : other) {
+    const double side = dot(normal, p - one[0]);
+    above = above || side > 0;
+    below = below || side < 0;
+  }
+  return above && below;
+}
+
 bool cross_each_other(const Corners& one, const Corners& two) {
+  if (!is_on_both_sides(one, two) || !is_on_both_sides(two, one)) return false;
   for (std::size_t corner = 0; corner < 3; ++corner) {
     if (passes(one[corner], one[(corner + 1) % 3], two)) return true;
     if (passes(two[corner], two[(corner + 1) % 3], one)) return true;
   }
   return false;
+}
+
+bool have_a_vertex_in_common(const std::array<VertexId, 3>& one,
+                             const std::array<VertexId, 3>& two) {
+  return std::ranges::any_of(
+      one, [&](VertexId vertex) { return std::ranges::find(two, vertex) != two.end(); });
 }
 
 /// A corner may be there twice, at a seam.
@@ -61,6 +80,7 @@ Crossings find_crossings(const TriangleSet& triangles, const TriangleTree& tree,
     const Corners own = corners_of(face);
     tree.faces_in_box({own[0], own[1], own[2]}, near);
     return std::ranges::any_of(near, [&](FaceId other) {
+      if (have_a_vertex_in_common(triangles.faces[face], triangles.faces[other])) return false;
       const Corners there = corners_of(other);
       return !have_a_corner_in_common(own, there) && cross_each_other(own, there);
     });
