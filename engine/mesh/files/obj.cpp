@@ -1,12 +1,15 @@
-// OBJ: the polygons of a Wavefront file. What else the file has is counted and left out. A keyword
-// that the format does not have is an error, so that a damaged line does not go unnoticed.
-// Source: Wavefront Technologies, "Advanced Visualizer manual", appendix B1, 1992. Tags (t crease)
-// are those of Pixar, "OpenSubdiv", 2012.
+// OBJ: the polygons of a Wavefront file, and the colours that follow its coordinates. What else the
+// file has is counted and left out. A keyword that the format does not have is an error, so that a
+// damaged line does not go unnoticed. Source: Wavefront Technologies, "Advanced Visualizer manual",
+// appendix B1, 1992. Tags (t crease) are those of Pixar, "OpenSubdiv", 2012.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
 
 #include "mesh/connectivity.h"
 #include "mesh/files/face_divider.h"
@@ -56,7 +59,7 @@ class ObjReader {
             {.hash_comments = true, .backslash_continues = true, .digits_comment = kPaintComment}),
         reading_(reading) {}
 
-  IndexedMesh read() {
+  AttributedMesh read() {
     for (bool more = text_.seek_word(); more; more = text_.next_line()) {
       const std::string_view keyword = text_.word();
       if (keyword == "v")
@@ -71,8 +74,18 @@ class ObjReader {
           highest_line_, fmt::format("face {}: expected a vertex from 1 to {}, found {}",
                                      highest_face_, mesh_.positions.size(), highest_ + 1));
     divider_.finish(text_.input(), 1, reading_.warnings);
+    AttributedMesh result;
+    // A colour is kept if all vertices have one.
+    if (!colours_.empty() && colours_.size() == 3 * mesh_.positions.size()) {
+      coloured_ = 0;
+      const std::span<const std::byte> bytes = std::as_bytes(std::span(colours_));
+      MeshAttribute& colour = result.attributes.emplace_back();
+      colour.schema = {"color", ComponentType::kFloat32, 3};
+      colour.records.assign(bytes.begin(), bytes.end());
+    }
     leave_out();
-    return std::move(mesh_);
+    result.mesh = std::move(mesh_);
+    return result;
   }
 
  private:
@@ -88,7 +101,8 @@ class ObjReader {
   IndexedMesh mesh_;
   FaceDivider divider_{mesh_};
   std::array<std::uint64_t, kPassed.size()> passed_{};
-  std::uint64_t free_form_ = 0, weights_ = 0, colours_ = 0;
+  std::uint64_t free_form_ = 0, weights_ = 0, coloured_ = 0;
+  std::vector<float> colours_;  ///< of the vertices that have one, if attributes shall be read
   std::uint64_t face_count_ = 0;
   /// The highest vertex that a face names, with the line and the number of that face. Vertices may
   /// follow the faces that name them, so the check comes at the end.
@@ -106,7 +120,7 @@ void ObjReader::pass_statement(std::string_view keyword) {
 }
 
 void ObjReader::leave_out() const {
-  reading_.leave_out_of_vertices("colours", colours_);
+  reading_.leave_out_of_vertices("colours", coloured_);
   reading_.leave_out_of_vertices("colours and masks in comments (#MRGB)",
                                  text_.hexadecimal_digits() / kPaintDigits);
   reading_.leave_out_of_vertices("weights", weights_);
@@ -129,14 +143,18 @@ void ObjReader::read_vertex() {
     p[axis] = *number;
   }
   // More numbers may follow: a weight, or a colour that some programs write here.
-  int more = 0;
+  std::size_t more = 0;
+  std::array<float, 3> colour{};
   bool is_one = true;
   for (std::string_view word = text_.word(); !word.empty(); word = text_.word(), ++more) {
     const std::optional<double> number = parse_number(word);
     if (!number) refuse("a number", word);
     is_one = is_one && *number == 1;
+    if (more < colour.size()) colour[more] = static_cast<float>(*number);
   }
-  if (more > 1) ++colours_;
+  if (more > 1) ++coloured_;
+  if (more == colour.size() && reading_.attributes)
+    colours_.insert(colours_.end(), colour.begin(), colour.end());
   if (more == 1 && !is_one) ++weights_;
   if (mesh_.positions.size() >= kMaxVertices) refuse("at most 2^32 - 2 vertices", "more");
   mesh_.positions.push_back(p);
@@ -175,8 +193,6 @@ void ObjReader::read_face() {
 
 }  // namespace
 
-AttributedMesh read_obj(Input& input, Reading& reading) {
-  return {ObjReader(input, reading).read()};
-}
+AttributedMesh read_obj(Input& input, Reading& reading) { return ObjReader(input, reading).read(); }
 
 PLAIT_END_NAMESPACE

@@ -175,3 +175,26 @@ TEST_CASE("ReadStl_TextAndBinary_WeldEqualCorners") {
   refused("solid x\nfacet normal 0 0 1\nvertex 1 2 3\n", "three vertices, found the end");
   refused("solid x\nfacets\n", "facet or endsolid");
 }
+
+TEST_CASE("ReadAttributedMesh_ObjWithColoursOfAllVertices_KeepsThem") {
+  const MeshDirectory directory;
+  const std::string vertices = "v 0 0 0 0.25 0.5 1\nv 1 0 0 0 0.125 1\nv 0 1 0 1 1 1";
+  const std::string face = "\nf 1 2 3\n";
+  std::vector<std::string> warnings;
+  const AttributedMesh all =
+      read_attributed_mesh(directory.file("a.obj", vertices + face), &warnings);
+  CHECK(warnings.empty());
+  REQUIRE(all.attributes.size() == 1);
+  CHECK(all.attributes[0].schema.name == "color");
+  CHECK(all.attributes[0].schema.type == ComponentType::kFloat32);
+  CHECK(all.attributes[0].schema.components == 3);
+  const std::vector<float> expected = {0.25, 0.5, 1, 0, 0.125, 1, 1, 1, 1};
+  REQUIRE(all.attributes[0].records.size() == 9 * sizeof(float));
+  CHECK(std::memcmp(all.attributes[0].records.data(), expected.data(), 9 * sizeof(float)) == 0);
+  // A record for each vertex, or none.
+  const AttributedMesh some =
+      read_attributed_mesh(directory.file("b.obj", vertices + "\nv 0 0 1" + face), &warnings);
+  CHECK(some.attributes.empty());
+  REQUIRE(!warnings.empty());
+  CHECK(warnings[0].find("left out: colours of 3 vertices") != std::string::npos);
+}
