@@ -347,7 +347,9 @@ std::uint64_t Repair::seam_vertices() const {
   // A vertex that split_vertices() divided is one vertex of the file.
   const auto origin = [&](VertexId vertex) { return origin_[vertex]; };
   std::ranges::sort(on_border, {}, origin);
-  on_border.erase(std::ranges::unique(on_border, {}, origin).begin(), on_border.end());
+  const auto last = std::unique(on_border.begin(), on_border.end(),
+                                [&](VertexId a, VertexId b) { return origin(a) == origin(b); });
+  on_border.erase(last, on_border.end());
   return coinciding_vertices(positions_, on_border);
 }
 
