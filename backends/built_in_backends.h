@@ -20,7 +20,7 @@ std::unique_ptr<Backend> open_memory_backend(const LevelSpec& level);
 // When the pager recycles frames first-in first-out, this is the circular buffer of Guskov's paper.
 
 constexpr BackendTraits kPreadTraits{
-    .durable = true, .overwrites_in_place = true, .moves_runs = true};
+    .durable = true, .overwrites_in_place = true, .moves_runs = true, .in_page_cache = true};
 
 /// The space of a new file is allocated when the file is created. Errors: as open_fixed_file.
 std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
@@ -32,8 +32,11 @@ std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
 // the time goes into TLB shootdowns: the kernel tells every processor that a page may no longer be
 // written. A full disk kills the process (SIGBUS). And a stray pointer can change the store.
 
-constexpr BackendTraits kMmapTraits{
-    .durable = true, .maps_for_reading = true, .overwrites_in_place = true, .moves_runs = true};
+constexpr BackendTraits kMmapTraits{.durable = true,
+                                    .maps_for_reading = true,
+                                    .overwrites_in_place = true,
+                                    .moves_runs = true,
+                                    .in_page_cache = true};
 
 /// Where the file system maps no files, pread stands in, and the volume says so. Errors of levels:
 /// as open_fixed_file; kIo if the file cannot be mapped for another reason.

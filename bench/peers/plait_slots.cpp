@@ -28,7 +28,7 @@ class PlaitSlots final : public SlotStore {
 
   void load(const FillSlot& fill) override {
     {
-      Session session = StoreAccess::open_session(*store_);
+      Session session = StoreAccess::open_session(*store_, {.only_writes = true});
       for (SlotKey key; key.attribute < sizes_.attributes; ++key.attribute)
         for (key.level = 1; key.level <= sizes_.levels; ++key.level) {
           LevelFile& file = level_of(key);
@@ -63,6 +63,11 @@ class PlaitSlots final : public SlotStore {
     }
     {
       Session session = StoreAccess::open_session(*store_);
+      // All of them are read together, as other programs would ask for them.
+      for (const SlotKey& key : keys) {
+        const LevelFile& file = level_of(key);
+        session.read_ahead(file, file.geometry.block_of(key.edge));
+      }
       for (const SlotKey& key : keys) {
         LevelFile& file = level_of(key);
         const std::uint64_t block = file.geometry.block_of(key.edge);

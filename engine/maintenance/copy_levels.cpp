@@ -50,7 +50,7 @@ struct CopiedLevel {
   CopiedLevel(Store& from, const LevelFile& stored, Store& to, LevelFile& copy)
       : geometry(stored.geometry),
         source(open_source_session(from, stored), stored),
-        target(StoreAccess::open_session(to), copy, Access::kOverwrite) {
+        target(StoreAccess::open_session(to, {.only_writes = true}), copy, Access::kOverwrite) {
     written.add(copy, Access::kOverwrite);
   }
   /// Copies what the target's faces have of a slot.

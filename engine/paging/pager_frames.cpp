@@ -5,6 +5,12 @@
 #include "paging/pager_implementation.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Enough for blocks on their way to the disk and for those that are being filled.
+constexpr std::uint64_t kMostWrittenBytes = std::uint64_t{32} << 20;
+
+}  // namespace
 
 Frame* Pager::Implementation::take_frame(SessionState& session, const LevelFile& level,
                                          std::uint64_t block) {
@@ -36,6 +42,18 @@ void Pager::Implementation::evict(Lock& lock, Frame& frame) noexcept {
   lock.unlock();
   backend.advise({block, 1}, Advice::kDontNeed);
   lock.lock();
+}
+
+bool Pager::Implementation::evict_written(Lock& lock, SessionState& session) noexcept {
+  if (!session.options.only_writes || session.frame_bytes < kMostWrittenBytes) return false;
+  Frame* const oldest = session.eviction().victim();
+  if (!oldest) return false;
+  const Frame::Content& content = oldest->content;
+  if (content.state != State::kClean || !content.overwritten ||
+      !content.level->traits.in_page_cache)
+    return false;
+  evict(lock, *oldest);
+  return true;
 }
 
 void Pager::Implementation::tell(Lock& lock, StoreEvent::Kind kind, const Frame::Content& content,

@@ -101,6 +101,9 @@ class Pager::Implementation final : public TransferListener {
   /// The frame that would be evicted next, if it is clean; otherwise nullptr.
   Frame* clean_victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
   void evict(Lock& lock, Frame& frame) noexcept;
+  /// Evicts a block that a session which only writes has written, if the session has enough frames.
+  /// Returns whether it did. It may release the lock.
+  bool evict_written(Lock& lock, SessionState& session) noexcept;
   /// Whether threads of the frame's session may pin it without the lock: nothing of what add_pin()
   /// does would change the frame.
   static bool may_open(const Frame& frame) noexcept;

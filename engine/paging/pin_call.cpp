@@ -102,6 +102,9 @@ bool Pager::Implementation::PinCall::take_frames() {
         }
         pager_.add_pin(session_, *frame, batch_[at].order);
         batch_[at].frame = frame;
+      } else if (batch_[at].access == Access::kOverwrite && pager_.evict_written(lock_, session_) &&
+                 pager_.table_.find(level, block)) {
+        continue;  // another call took the block while the lock was released
       } else if (Frame* const taken = pager_.take_frame(session_, level, block)) {
         taken->pins.add(false);
         taken->content.order = batch_[at].order;

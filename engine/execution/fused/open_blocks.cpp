@@ -36,7 +36,7 @@ class BlocksOfEdges {
 }  // namespace
 
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
-    : session_(StoreAccess::open_session(store)),
+    : session_(StoreAccess::open_session(store, {.only_writes = true})),
       level_count_(static_cast<std::size_t>(levels)),
       stays_in_memory_(StoreAccess::backend_traits(store).in_memory),
       filled_(StoreAccess::block_filled(store)),

@@ -132,7 +132,7 @@ PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
                     ? std::numeric_limits<std::uint64_t>::max()
                 : options.share_bytes != 0 ? options.share_bytes
                                            : StoreAccess::pager(store).budget_bytes() / 4 * 3;
-  session = StoreAccess::open_session(store);
+  session = StoreAccess::open_session(store, {.only_writes = true});
 }
 
 PatchWriter::State::~State() {

@@ -252,3 +252,28 @@ TEST_CASE("SessionStatistics_OfTheOnlySession_AreThoseOfThePager") {
   CHECK(all.blocks_read == static_cast<std::uint64_t>(level.backend->reads));
   CHECK(all.blocks_written == static_cast<std::uint64_t>(level.backend->writes));
 }
+
+TEST_CASE("SessionPin_OnlyWrites_LargeBudget_WrittenBlocksLeaveForNewOnes") {
+  constexpr std::uint64_t kKept = (std::uint64_t{32} << 20) / kBlockBytes, kMore = 64;
+  const bool only_writes = GENERATE(true, false), in_page_cache = GENERATE(true, false);
+  Pager pager(4 * kKept * kBlockBytes, GENERATE(0, 1));
+  TestLevel level(pager, 1, (kKept + kMore) * kBlockBytes,
+                  {.durable = true, .in_page_cache = in_page_cache});
+  Session session = pager.open_session({.only_writes = only_writes});
+  const auto fill = [&](std::uint64_t block) {
+    const PinnedBlock pinned = session.pin(level.file, block, Access::kOverwrite);
+    std::ranges::fill(pinned.bytes(), static_cast<std::byte>(block % 251));
+  };
+  for (std::uint64_t block = 0; block < kKept; ++block) fill(block);
+  pager.flush();
+  const std::uint64_t before = session.statistics().blocks_evicted;
+  for (std::uint64_t block = kKept; block < kKept + kMore; ++block) fill(block);
+  const bool leave = only_writes && in_page_cache;
+  CHECK(session.statistics().blocks_evicted - before == (leave ? kMore : 0));
+  CHECK(session.statistics().peak_frame_bytes == (kKept + (leave ? 0 : kMore)) * kBlockBytes);
+  pager.flush();
+  const LevelFile& reads = level.file;
+  for (std::uint64_t block = 0; block < kKept + kMore; ++block)
+    if (!holds(session.pin(reads, block), static_cast<unsigned char>(block % 251)))
+      FAIL("block " << block);
+}

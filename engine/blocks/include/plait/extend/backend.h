@@ -59,6 +59,9 @@ struct BackendTraits {
   /// start_run() moves adjacent blocks in one call of the operating system, so the pager hands runs
   /// over. For a backend without this flag the pager begins each transfer as soon as it can.
   bool moves_runs = false;
+  /// What a level writes stays in the system's page cache, so reading it again costs a copy. A
+  /// session that only writes then keeps few frames (SessionOptions::only_writes).
+  bool in_page_cache = false;
 };
 
 /// The block size of a store that asks for none. Random reads and small commits want small blocks,

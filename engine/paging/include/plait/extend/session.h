@@ -52,6 +52,12 @@ struct SessionOptions {
   std::uint64_t share_bytes = 0;
   /// The part of the share that prefetch() does not use, so that it is free for pins.
   std::uint64_t window_bytes = 0;
+  /// The session overwrites blocks and does not come back to them. On a backend with the trait
+  /// `in_page_cache`, a block that it has written then leaves its frame when the session has 32 MiB
+  /// of frames, however large the budget is: memory that is touched for the first time costs more
+  /// than writing the block. Other sessions read such a block from the page cache. Test:
+  /// session_test.cpp.
+  bool only_writes = false;
 };
 
 /// Counts of what the pager did for a session, or for all sessions of a store.
