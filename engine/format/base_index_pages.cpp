@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -331,13 +332,13 @@ void BaseIndexPages::forget(MeshArray array, std::uint64_t first, std::uint64_t 
                             std::memory_order_relaxed);
   }
   // Whole pages of the system: others may have a piece of the next array.
-  constexpr std::uintptr_t kSystemPage = 4096;
+  static const auto system_page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
   const auto start =
                  reinterpret_cast<std::uintptr_t>(memory_of(array)) + first_page * kIndexPageBytes,
              end = reinterpret_cast<std::uintptr_t>(memory_of(array)) +
                    std::min(page_after * kIndexPageBytes, place.bytes);
-  const std::uintptr_t from = (start + kSystemPage - 1) / kSystemPage * kSystemPage,
-                       to = end / kSystemPage * kSystemPage;
+  const std::uintptr_t from = (start + system_page - 1) / system_page * system_page,
+                       to = end / system_page * system_page;
   if (from < to) ::madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
 }
 

@@ -17,8 +17,10 @@ struct Crossings {
 };
 
 /// The faces of `triangles`, of which `tree` is. Faces that touch do not cross. The same result for
-/// any number of threads; all threads of the present arena. Calls `go_on`, if it is set, now and
-/// then; what it throws ends the work. Pinned by tests/scans/crossings_test.cpp.
+/// any number of threads; all threads of the present arena. Each face is compared with those whose
+/// boxes meet its own: few on a surface, all of them where every face reaches across all others.
+/// Calls `go_on`, if it is set, now and then; what it throws ends the work. Pinned by
+/// tests/scans/crossings_test.cpp.
 Crossings find_crossings(const TriangleSet& triangles, const TriangleTree& tree,
                          const std::function<void()>& go_on = {});
 
