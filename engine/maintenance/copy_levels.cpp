@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -32,25 +33,27 @@ bool needs_own_levels(const LevelFile& level) {
   });
 }
 
-/// Whether all levels can be copied in one pass. Blocks of another attribute, from which blocks of
-/// several levels are made, are then read once. Levels that are encoded from each other are written
-/// one after another.
+/// Whether all levels shall be copied in one pass. Blocks of another attribute, from which the
+/// source or the copy makes blocks of several levels, are then read once. Levels that are encoded
+/// from each other are written one after another.
 bool can_be_copied_together(Store& from, AttributeId attribute, Store& to, AttributeId copy) {
   const int finest = to.attributes()[copy].finest_level;
-  for (int level = from.base_level() + 1; level <= finest; ++level)
-    if (const LevelFile& stored = StoreAccess::level_file(from, attribute, level);
-        !needs_other_blocks(stored) || needs_own_levels(stored) ||
-        needs_own_levels(StoreAccess::level_file(to, copy, level)))
-      return false;
+  for (int level = from.base_level() + 1; level <= finest; ++level) {
+    const LevelFile& stored = StoreAccess::level_file(from, attribute, level);
+    const LevelFile& written = StoreAccess::level_file(to, copy, level);
+    if (!needs_other_blocks(stored) && !needs_other_blocks(written)) return false;
+    if (needs_own_levels(stored) || needs_own_levels(written)) return false;
+  }
   return true;
 }
 
 /// A level that is being copied.
 struct CopiedLevel {
-  CopiedLevel(Store& from, const LevelFile& stored, Store& to, LevelFile& copy)
+  CopiedLevel(const std::shared_ptr<Session>& reading, const LevelFile& stored,
+              const std::shared_ptr<Session>& writing, LevelFile& copy)
       : geometry(stored.geometry),
-        source(open_source_session(from, stored), stored),
-        target(StoreAccess::open_session(to, {.only_writes = true}), copy, Access::kOverwrite) {
+        source(reading, stored),
+        target(writing, copy, Access::kOverwrite) {
     written.add(copy, Access::kOverwrite);
   }
   /// Copies what the target's faces have of a slot.
@@ -108,9 +111,13 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
     std::optional<StorePass> reading;
     if (&from != &to) reading.emplace(std::as_const(from));
     const StorePass writing(to, "copy levels to");
+    const auto reader = std::make_shared<Session>(
+        open_source_session(from, StoreAccess::level_file(from, attribute, last)));
+    const auto writer =
+        std::make_shared<Session>(StoreAccess::open_session(to, {.only_writes = true}));
     std::deque<CopiedLevel> levels;
     for (int level = coarsest; level <= last; ++level)
-      levels.emplace_back(from, StoreAccess::level_file(from, attribute, level), to,
+      levels.emplace_back(reader, StoreAccess::level_file(from, attribute, level), writer,
                           StoreAccess::level_file(to, copy, level));
     for (EdgeId edge = 0; edge < edges; ++edge)
       for (CopiedLevel& level : levels) {

@@ -16,6 +16,15 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
+/// The runs that a pass over a level has in memory: one is pinned, one was before, the others are
+/// read ahead.
+constexpr std::uint64_t kRunsAhead = Pager::kInFlight + 2;
+
+/// The bytes of frames for the blocks that move together.
+std::uint64_t run_bytes(const LevelFile& level) {
+  return FramePool::frame_bytes(level.geometry.max_block_bytes()) << level.run_log2;
+}
+
 class Waiting final : public TransferListener {
  public:
   void finished(Transfer&, std::exception_ptr error) noexcept override {
@@ -146,11 +155,25 @@ void RunBuffer::read_run(const LevelFile& file) {
 
 Session open_source_session(const Store& store, const LevelFile& level) {
   if (needs_other_blocks(level)) return StoreAccess::open_session(store);
-  constexpr std::uint64_t kBlocks = Pager::kInFlight + 2;  // or runs; one is pinned, one was before
-  const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
   const std::uint64_t half = StoreAccess::pager(store).budget_bytes() / 2;
-  const std::uint64_t wanted = kBlocks * frame_bytes << level.run_log2;
-  return StoreAccess::open_session(store, {.share_bytes = std::min(wanted, half)});
+  return StoreAccess::open_session(store,
+                                   {.share_bytes = std::min(kRunsAhead * run_bytes(level), half)});
+}
+
+std::uint64_t source_bytes(const Store& store, std::uint64_t most_bytes) {
+  std::uint64_t ahead = 0, others = 0;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    std::uint64_t of_levels = 0;
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level;
+         ++level) {
+      const LevelFile& file = StoreAccess::level_file(store, id, level);
+      if (needs_other_blocks(file)) return most_bytes;
+      ahead = std::max(ahead, kRunsAhead * run_bytes(file));
+      of_levels += run_bytes(file);
+    }
+    others = std::max(others, of_levels);
+  }
+  return std::min(ahead + others, most_bytes);
 }
 
 PLAIT_END_NAMESPACE

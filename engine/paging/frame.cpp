@@ -5,9 +5,9 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// A window keeps a context block for 32 times its own length, counted in edges. docs/benchmarks.md
+/// A window keeps a context block for 16 times its own length, counted in edges. docs/benchmarks.md
 /// has figures for other numbers.
-constexpr std::uint64_t kContextLengths = 32;
+constexpr std::uint64_t kContextLengths = 16;
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 // a time and prefetches the next ones.
 #pragma once
 
+#include <memory>
 #include <utility>
 
 #include "plait/detail/namespace.h"
@@ -14,8 +15,14 @@ class LevelCursor {
  public:
   /// Opens the level for reading. The cursor owns its session.
   LevelCursor(Session session, const LevelFile& file)
-      : session_(std::move(session)), level_(file) {}
+      : LevelCursor(std::make_shared<Session>(std::move(session)), file) {}
   LevelCursor(Session session, LevelFile& file, Access access)
+      : LevelCursor(std::make_shared<Session>(std::move(session)), file, access) {}
+  /// Cursors that move through several levels together share a session. Then its policy sees all
+  /// their blocks: what nobody needs any more leaves before what the next blocks are decoded from.
+  LevelCursor(std::shared_ptr<Session> session, const LevelFile& file)
+      : session_(std::move(session)), level_(file) {}
+  LevelCursor(std::shared_ptr<Session> session, LevelFile& file, Access access)
       : session_(std::move(session)), level_(file, access) {}
 
   const LevelGeometry& geometry() const { return level_.geometry(); }
@@ -28,7 +35,7 @@ class LevelCursor {
  private:
   void move_to(EdgeId edge);
 
-  Session session_;
+  std::shared_ptr<Session> session_;
   PinnedLevel level_;
 };
 

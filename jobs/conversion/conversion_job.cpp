@@ -8,8 +8,10 @@
 #include "conversion/copy_options.h"
 #include "conversion/read_back.h"
 #include "conversion/uniform_levels.h"
+#include "maintenance/read_block.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
+#include "plait/extend/pager.h"
 #include "plait/extend/store_access.h"
 #include "plait/store.h"
 #include "plait/store_info.h"
@@ -116,6 +118,9 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
                                source.provenance());
     if (request.uuid) set_uuid(copy, *request.uuid);
     tell_notices(copy, watch.warn, request.to);
+    // The copy has the budget that the source does not need.
+    const LentMemory to_copy(StoreAccess::pager(source),
+                             open.budget_bytes - source_bytes(source, open.budget_bytes));
     const bool changes_later = static_cast<bool>(request.change);
     const ProgressCallback progress = begin_step(watch, changes_later ? "copy" : "convert");
     if (fills)

@@ -70,8 +70,9 @@ Job convert_job() {
       .by_default("own");
   table.bytes("block", &ConvertArguments::block_bytes, std::string(kBlockOfCopyHelp));
   table.flag("no-index", &ConvertArguments::no_index, std::string(kNoIndexHelp));
-  table.bytes("memory", &ConvertArguments::budget_bytes,
-              "Budget for blocks in memory, half of it for each store");
+  table.bytes(
+      "memory", &ConvertArguments::budget_bytes,
+      "Budget for blocks in memory; half of it for the source, or less where it needs less");
   table.threads(&ConvertArguments::threads, "Threads of --verify");
   table.flag("verify", &ConvertArguments::verify,
              "Read the copy back from the disk and compare it with INPUT");

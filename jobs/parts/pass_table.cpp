@@ -170,8 +170,9 @@ Job pass_job() {
              "The backend of OUT (see below); auto: chosen by its size; default: as in STORE");
   table.compress(&PassArguments::compress);
   table.bytes("block", &PassArguments::block_bytes, fmt::format("With OUT: {}", kBlockOfCopyHelp));
-  table.bytes("memory", &PassArguments::budget_bytes,
-              "Budget for blocks in memory; with OUT, half of it for each store");
+  table.bytes(
+      "memory", &PassArguments::budget_bytes,
+      "Budget for blocks in memory; with OUT, half of it for STORE, or less where it needs less");
   table.threads(&PassArguments::threads, "Threads that compute");
   table.force(&PassArguments::existing,
               "Replace OUT if it is a store, when the new store is complete");

@@ -66,8 +66,9 @@ Job prune_job() {
   table.compress(&PruneArguments::compress);
   table.bytes("block", copy(&ConversionRequest::block_bytes), std::string(kBlockOfCopyHelp));
   table.flag("no-index", copy(&ConversionRequest::no_index), std::string(kNoIndexHelp));
-  table.bytes("memory", copy(&ConversionRequest::budget_bytes),
-              "Budget for blocks in memory, half of it for each store");
+  table.bytes(
+      "memory", copy(&ConversionRequest::budget_bytes),
+      "Budget for blocks in memory; half of it for the source, or less where it needs less");
   table.force(copy(&ConversionRequest::existing));
   return table.run(run_prune);
 }

@@ -72,8 +72,9 @@ Job publish_job() {
       .at(1)
       .required();
   table.flag("page", &PublishArguments::page, "Put the page that shows the store into it");
-  table.bytes("memory", &PublishArguments::budget_bytes,
-              "Budget for blocks in memory, half of it for each store");
+  table.bytes(
+      "memory", &PublishArguments::budget_bytes,
+      "Budget for blocks in memory; half of it for the source, or less where it needs less");
   table.force(&PublishArguments::existing);
   return table.run(run_publish);
 }

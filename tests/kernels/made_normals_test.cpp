@@ -18,6 +18,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "support/error_of.h"
@@ -263,6 +264,28 @@ TEST_CASE("MadeNormals_InABudgetThatCannotHoldTheirPositions_AreRefusedWithTheFi
     return;
   }
   FAIL("every block fits with its positions");
+}
+
+TEST_CASE("MadeNormals_OfAllLevels_AreMadeFromPositionsThatAreReadFewTimes") {
+  Store expected = displaced({BaseMesh::build(torus_grid(40, 30)), 4});
+  const TemporaryDirectory directory(Medium::kMemory);
+  StoreOptions options = options_for("compressed");
+  options.budget_bytes = 2 << 20;
+  options.io_threads = 0;
+  Store store = Store::create(directory.path() / "s.plait", expected.base(), options,
+                              default_backends(), expected.provenance());
+  const AttributeId position = store.add_attribute(schema_of<Normal>("position"));
+  copy_attribute(expected, expected.attribute("position"), store, position);
+  const AttributeId normal = store.add_attribute(schema_of<Normal>("normal"));
+  const std::uint64_t before = store.info().paging.blocks_read;
+  copy_attribute(expected, expected.attribute("normal"), store, normal);
+  std::uint64_t blocks = 0;
+  for (int level = 1; level <= 4; ++level)
+    blocks += StoreAccess::level_file(store, position, level).geometry.block_count();
+  INFO(blocks);
+  // One pass for each level takes more than four times as many.
+  CHECK(store.info().paging.blocks_read - before < 2 * blocks);
+  CHECK(digest(store).to_string() == digest(expected).to_string());
 }
 
 TEST_CASE("MadeNormals_OfAnAttributeThatComesLater_AreStored") {
