@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -95,17 +96,19 @@ class ScanRun {
           "keeps them has {} faces or more: take --faces {}, or --feature-angle "
           "none if none shall be kept",
           request_.scan.native(), report_.faces_for_creases, report_.faces_for_creases));
+    if (!request_.max_distance && (request_.distances || request_.report_samples > 0))
+      set_triangles(small_triangles(sampled_.surface), kSampling.last);
     if (request_.distances) {
       progress_.begin("distances", kSampling.last);
-      sampled_.surface.distances = distances_at_samples(scan_, sampled_.surface);
+      sampled_.surface.distances = distances_at_samples(scan_, triangles_->mesh, triangles_->tree);
     }
-    if (report_.max_distance > 0 && request_.own_depths.value_or(true)) give_depths();
     if (request_.report_samples > 0 && !request_.max_distance) {
-      measure(small_triangles(sampled_.surface), kMeasuringStore, kMeasuringScan,
-              kFarEdges * report_.mean_edge);
+      measure(kMeasuringStore, kMeasuringScan, kFarEdges * report_.mean_edge);
       if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
     }
     if (request_.report_samples > 0) count_crossings();
+    triangles_.reset();
+    if (report_.max_distance > 0 && request_.own_depths.value_or(true)) give_depths();
     make_store();
     return std::move(report_);
   }
@@ -121,9 +124,22 @@ class ScanRun {
   void write_store(const std::filesystem::path& path);
   void fill(Store& store, WorkPart writing, WorkPart writing_attributes);
   void give_depths();
-  void measure(const IndexedMesh& small, WorkPart to_store, WorkPart to_scan, double far);
+  void set_triangles(IndexedMesh mesh, std::uint64_t thousandths);
+  /// Of the present triangles.
+  void measure(WorkPart to_store, WorkPart to_scan, double far);
   std::string far_text() const;
   void count_crossings();
+
+  /// Triangles of the store that are measured, and a tree that points into them.
+  struct MeasuredTriangles {
+    MeasuredTriangles(IndexedMesh triangles, const std::function<void()>& go_on)
+        : mesh(std::move(triangles)), tree(mesh.positions, mesh.faces, go_on) {}
+    MeasuredTriangles(const MeasuredTriangles&) = delete;
+    MeasuredTriangles& operator=(const MeasuredTriangles&) = delete;
+
+    const IndexedMesh mesh;
+    const TriangleTree tree;
+  };
 
   RemeshRequest request_;  ///< search() sets faces and levels
   const BackendRegistry& backends_;
@@ -134,6 +150,7 @@ class ScanRun {
   std::optional<TriangleTree> scan_tree_;
   ScanAttributes attributes_;
   BaseSamples sampled_;
+  std::optional<MeasuredTriangles> triangles_;
   std::optional<Store> all_levels_;  ///< in memory, if the store has depths
   BaseMesh base_of_store_;           ///< with the depths
   double farthest_vertex_ = 0;       ///< of the scan, if the store has depths
@@ -293,7 +310,8 @@ void ScanRun::give_depths() {
   base_of_store_ = choose_depths(
       *all_levels_, sampled_.surface, kChoosingDepths, progress_,
       [&](const IndexedMesh& drawn, WorkPart to_store, WorkPart to_scan) {
-        measure(drawn, to_store, to_scan, report_.max_distance);
+        set_triangles(drawn, to_store.first);
+        measure(to_store, to_scan, report_.max_distance);
         return std::max({report_.to_store.max, report_.to_scan.max, farthest_vertex_});
       },
       report_);
@@ -314,7 +332,8 @@ void ScanRun::search() {
     report_.base_meshes = 0;
     sampled_ =
         make_base_samples(request_, scan_, *scan_tree_, now.of(kTrialSampling), progress_, report_);
-    measure(small_triangles(sampled_.surface), now.of(kTrialStore), now.of(kTrialScan), limit);
+    set_triangles(small_triangles(sampled_.surface), now.of(kTrialStore).first);
+    measure(now.of(kTrialStore), now.of(kTrialScan), limit);
     const double found = std::max(report_.to_store.max, report_.to_scan.max);
     if (found <= limit) return;
     if (!search.next(found / limit)) refuse_distance(found);
@@ -337,11 +356,17 @@ void ScanRun::refuse_distance(double found) const {
                   report_.precision == ComponentType::kFloat32 ? " or --precision float64" : ""));
 }
 
-void ScanRun::measure(const IndexedMesh& small, WorkPart to_store, WorkPart to_scan, double far) {
+void ScanRun::set_triangles(IndexedMesh mesh, std::uint64_t thousandths) {
   const Stopwatch clock;
-  const TriangleSet scan{scan_.positions, scan_.faces}, store{small.positions, small.faces};
-  const TriangleTree store_tree(store.positions, store.faces,
-                                [&] { progress_.begin("distances", to_store.first); });
+  triangles_.emplace(std::move(mesh), [&] { progress_.begin("distances", thousandths); });
+  report_.report_seconds += clock.seconds();
+}
+
+void ScanRun::measure(WorkPart to_store, WorkPart to_scan, double far) {
+  const Stopwatch clock;
+  const TriangleTree& store_tree = triangles_->tree;
+  const TriangleSet scan{scan_.positions, scan_.faces},
+      store{triangles_->mesh.positions, triangles_->mesh.faces};
   report_.to_store = measure_distances(scan, store_tree, store,
                                        {.samples = request_.report_samples,
                                         .far = far,
@@ -379,13 +404,20 @@ std::string ScanRun::far_text() const {
 void ScanRun::count_crossings() {
   const Stopwatch clock;
   const auto go_on = [this] { progress_.begin("crossings", kMeasuringScan.last); };
-  const IndexedMesh small = small_triangles(sampled_.surface);
-  const TriangleSet scan{scan_.positions, scan_.faces}, store{small.positions, small.faces};
+  const TriangleSet scan{scan_.positions, scan_.faces},
+      store{triangles_->mesh.positions, triangles_->mesh.faces};
   report_.scan_crossings = find_crossings(scan, *scan_tree_, go_on);
-  report_.crossings =
-      find_crossings(store, TriangleTree(store.positions, store.faces, go_on), go_on);
+  report_.crossings = find_crossings(store, triangles_->tree, go_on);
   report_.report_seconds += clock.seconds();
-  if (!watch_.warn || report_.crossings.faces <= report_.scan_crossings.faces) return;
+  if (!watch_.warn) return;
+  if (report_.scan_crossings.examined < scan.faces.size() ||
+      report_.crossings.examined < store.faces.size())
+    watch_.warn(fmt::format(
+        "remesh {}: faces that pass through others were looked for among the first {} of {} faces "
+        "of the scan and {} of {} small faces alone: nearly all of them reach across others",
+        request_.scan.native(), report_.scan_crossings.examined, scan.faces.size(),
+        report_.crossings.examined, store.faces.size()));
+  if (report_.crossings.faces <= report_.scan_crossings.faces) return;
   const Point at = report_.crossings.first;
   watch_.warn(
       fmt::format("remesh {}: {} small faces pass through others, and {} faces of the scan do, "

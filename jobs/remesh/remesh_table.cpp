@@ -81,6 +81,8 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
     json["scan_to_store"] = distances_json(report.to_store, report.diagonal);
     json["crossing_faces"] = report.crossings.faces;
     json["scan_crossing_faces"] = report.scan_crossings.faces;
+    json["faces_looked_at"] = report.crossings.examined;
+    json["scan_faces_looked_at"] = report.scan_crossings.examined;
     json["far_share"] = report.to_store.far_share;
     json["far_places"] = JobReport::array();
     for (const FarPlace& place : report.to_store.far_places)

@@ -160,11 +160,10 @@ double farthest_vertex(const Surface& scan, const TriangleTree& tree) {
   return std::sqrt(most);
 }
 
-std::vector<float> distances_at_samples(const Surface& scan, const SampledSurface& surface) {
-  const IndexedMesh small = small_triangles(surface);
-  const TriangleTree tree(small.positions, small.faces);
+std::vector<float> distances_at_samples(const Surface& scan, const IndexedMesh& small,
+                                        const TriangleTree& tree) {
   const std::vector<ClosestPoint> closest = closest_of_vertices(scan, tree);
-  std::vector<float> distances(surface.positions.size(), 0);
+  std::vector<float> distances(small.positions.size(), 0);
   for (const ClosestPoint& point : closest)
     for (const VertexId sample : small.faces[point.face])
       distances[sample] =

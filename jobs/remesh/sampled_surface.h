@@ -46,9 +46,10 @@ IndexedMesh drawn_triangles(const SampledSurface& surface, const BaseMesh& deep)
 /// present arena.
 double farthest_vertex(const Surface& scan, const TriangleTree& tree);
 
-/// How far the scan is from the small triangles: at each sample, the largest distance of those
-/// vertices of the scan whose closest triangle has it as a corner, or 0. All threads of the present
-/// arena.
-std::vector<float> distances_at_samples(const Surface& scan, const SampledSurface& surface);
+/// How far the scan is from the small triangles, of which `tree` is: at each sample, the largest
+/// distance of those vertices of the scan whose closest triangle has it as a corner, or 0. All
+/// threads of the present arena.
+std::vector<float> distances_at_samples(const Surface& scan, const IndexedMesh& small,
+                                        const TriangleTree& tree);
 
 PLAIT_END_NAMESPACE

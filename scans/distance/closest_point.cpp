@@ -174,35 +174,16 @@ ClosestPoint TriangleTree::closest(Point p, FaceId hint) const {
   return best;
 }
 
-void TriangleTree::faces_in_box(const std::array<Point, 3>& points,
-                                std::vector<FaceId>& found) const {
-  found.clear();
-  std::array<float, 3> low{}, high{};
+TriangleTree::Box TriangleTree::box_around(const std::array<Point, 3>& points) const {
+  Box box{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto of_axis = static_cast<int>(axis);
     const auto [least, most] =
         std::minmax({points[0][of_axis], points[1][of_axis], points[2][of_axis]});
-    low[axis] = low_of_box(least, origin_[of_axis]);
-    high[axis] = high_of_box(most, origin_[of_axis]);
+    box.low[axis] = low_of_box(least, origin_[of_axis]);
+    box.high[axis] = high_of_box(most, origin_[of_axis]);
   }
-  std::array<std::uint32_t, 64> stack;  // halves of halves: at most 32 levels
-  std::size_t depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const std::uint32_t at = stack[--depth];
-    const Node& node = nodes_[at];
-    bool meets = true;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      meets = meets && node.low[axis] <= high[axis] && low[axis] <= node.high[axis];
-    if (!meets) continue;
-    if (node.count > 0) {
-      found.insert(found.end(), order_.begin() + node.first,
-                   order_.begin() + node.first + node.count);
-      continue;
-    }
-    stack[depth++] = node.first;
-    stack[depth++] = at + 1;
-  }
+  return box;
 }
 
 PLAIT_END_NAMESPACE

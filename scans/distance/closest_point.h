@@ -36,8 +36,28 @@ class TriangleTree {
   /// The closest point of all faces. `hint` is a face that may be near: the nearer it is, the
   /// faster the search.
   ClosestPoint closest(Point p, FaceId hint = 0) const;
-  /// Sets `found` to the faces whose boxes, or those of faces near them, meet the box of `points`.
-  void faces_in_box(const std::array<Point, 3>& points, std::vector<FaceId>& found) const;
+  /// Calls visit(face) for the faces whose boxes, or those of faces near them, meet the box of
+  /// `points`, until it returns false.
+  template <class Visit>
+  void for_faces_in_box(const std::array<Point, 3>& points, Visit&& visit) const {
+    const Box box = box_around(points);
+    std::array<std::uint32_t, 64> stack;  // halves of halves: at most 32 levels
+    std::size_t depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const std::uint32_t at = stack[--depth];
+      const Node& node = nodes_[at];
+      bool meets = true;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        meets = meets && node.low[axis] <= box.high[axis] && box.low[axis] <= node.high[axis];
+      if (!meets) continue;
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+        if (!visit(order_[i])) return;
+      if (node.count > 0) continue;
+      stack[depth++] = node.first;
+      stack[depth++] = at + 1;
+    }
+  }
 
  private:
   struct Node {
@@ -45,6 +65,10 @@ class TriangleTree {
     std::uint32_t first;  ///< of a leaf: of order_; else the second child, the first one comes next
     std::uint32_t count;  ///< faces of a leaf; 0 for others
   };
+  struct Box {
+    std::array<float, 3> low, high;
+  };
+  Box box_around(const std::array<Point, 3>& points) const;
   void choose_origin();
   void build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles,
              const std::function<void()>& go_on);

@@ -12,8 +12,10 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::size_t kFacesOfThread = 256;
-constexpr Pace kPaceOfFaces{4096, 1 << 17};
+constexpr std::size_t kFacesOfThread = 64;
+constexpr Pace kPaceOfParts{2, 2048};
+/// Comparisons of two faces, of which a surface needs about 30 for each face.
+constexpr std::uint64_t kMostPairsOfFace = 256;
 /// Of lengths and areas: what is nearer only touches, so that rounding makes no crossing.
 constexpr double kTouch = 1e-9;
 
@@ -71,36 +73,52 @@ bool have_a_corner_in_common(const Corners& one, const Corners& two) {
 }  // namespace
 
 Crossings find_crossings(const TriangleSet& triangles, const TriangleTree& tree,
-                         const std::function<void()>& go_on) {
+                         const std::function<void()>& go_on, std::uint64_t most_pairs) {
+  const std::size_t faces = triangles.faces.size();
   const auto corners_of = [&](FaceId face) {
     const auto& [a, b, c] = triangles.faces[face];
     return Corners{triangles.positions[a], triangles.positions[b], triangles.positions[c]};
   };
-  const auto has_crossing = [&](FaceId face, std::vector<FaceId>& near) {
+  // Returns how many faces it was compared with.
+  const auto compare = [&](FaceId face, std::uint8_t& crosses) {
     const Corners own = corners_of(face);
-    tree.faces_in_box({own[0], own[1], own[2]}, near);
-    return std::ranges::any_of(near, [&](FaceId other) {
-      if (have_a_vertex_in_common(triangles.faces[face], triangles.faces[other])) return false;
+    std::uint64_t compared = 0;
+    tree.for_faces_in_box(own, [&](FaceId other) {
+      ++compared;
+      if (have_a_vertex_in_common(triangles.faces[face], triangles.faces[other])) return true;
       const Corners there = corners_of(other);
-      return !have_a_corner_in_common(own, there) && cross_each_other(own, there);
+      if (have_a_corner_in_common(own, there) || !cross_each_other(own, there)) return true;
+      crosses = 1;
+      return false;
     });
+    return compared;
   };
-  std::vector<std::uint8_t> crosses(triangles.faces.size(), 0);
+  const std::uint64_t most = most_pairs + kMostPairsOfFace * faces;
+  std::vector<std::uint8_t> crosses(faces, 0);
+  std::vector<std::uint64_t> compared((faces + kFacesOfThread - 1) / kFacesOfThread, 0);
+  const auto compare_part = [&](std::size_t part) {
+    const std::size_t start = part * kFacesOfThread;
+    for (std::size_t face = start; face < std::min(start + kFacesOfThread, faces); ++face)
+      if (compared[part] <= most)
+        compared[part] += compare(static_cast<FaceId>(face), crosses[face]);
+  };
+  Crossings result;
+  std::uint64_t sum = 0;
+  std::size_t counted = 0;  // parts
   for_paced_ranges(
-      crosses.size(), kPaceOfFaces,
+      compared.size(), kPaceOfParts,
       [&](std::size_t) {
         if (go_on) go_on();
       },
       [&](std::size_t first, std::size_t last) {
-        const std::size_t parts = (last - first + kFacesOfThread - 1) / kFacesOfThread;
-        each_on_workers(std::size_t{0}, parts, [&](std::size_t part) {
-          std::vector<FaceId> near;
-          const std::size_t start = first + part * kFacesOfThread;
-          for (std::size_t face = start; face < std::min(start + kFacesOfThread, last); ++face)
-            crosses[face] = has_crossing(static_cast<FaceId>(face), near) ? 1 : 0;
-        });
+        if (sum > most) return;
+        each_on_workers(first, last, compare_part);
+        for (; counted < last && sum <= most; ++counted) sum += compared[counted];
       });
-  Crossings result;
+  // Which part exceeds the limit does not depend on the ranges.
+  if (sum > most) --counted;
+  result.examined = std::min(counted * kFacesOfThread, faces);
+  crosses.resize(result.examined);
   result.faces = static_cast<std::uint64_t>(std::count(crosses.begin(), crosses.end(), 1));
   if (result.faces > 0) {
     const auto first = std::find(crosses.begin(), crosses.end(), 1) - crosses.begin();

@@ -67,4 +67,26 @@ TEST_CASE("FindCrossings_TetrahedronInsideAnother_CrossesItWhereItReachesOut") {
   }
 }
 
+TEST_CASE("FindCrossings_NeedlesAcrossEachOther_EndsAndSaysWhere") {
+  // All boxes are nearly the whole cube, and no needle meets another one.
+  IndexedMesh mesh;
+  constexpr std::uint32_t kNeedles = 1600;
+  for (std::uint32_t i = 0; i < kNeedles; ++i) {
+    const double at = i * 1e-7;
+    mesh.positions.insert(mesh.positions.end(),
+                          {{at, 0, 0}, {1 + at, 1, 1}, {1 + at, 1, 1 + 1e-3}});
+    mesh.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const TriangleTree tree(mesh.positions, mesh.faces);
+  const TriangleSet triangles{mesh.positions, mesh.faces};
+  CHECK(find_crossings(triangles, tree).examined == kNeedles);
+  for (const int threads : {1, 4}) {
+    Crossings found;
+    tbb::task_arena(threads).execute([&] { found = find_crossings(triangles, tree, {}, 0); });
+    // 256 comparisons for each face are those of 256 faces.
+    CHECK(found.examined == 256);
+    CHECK(found.faces == 0);
+  }
+}
+
 }  // namespace plait::test

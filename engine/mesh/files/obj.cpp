@@ -1,7 +1,8 @@
-// OBJ: the polygons of a Wavefront file, and the colours that follow its coordinates. What else the
-// file has is counted and left out. A keyword that the format does not have is an error, so that a
-// damaged line does not go unnoticed. Source: Wavefront Technologies, "Advanced Visualizer manual",
-// appendix B1, 1992. Tags (t crease) are those of Pixar, "OpenSubdiv", 2012.
+// OBJ: the polygons of a Wavefront file, the colours that follow its coordinates, and the texture
+// coordinates that its faces name. What else the file has is counted and left out. A keyword that
+// the format does not have is an error, so that a damaged line does not go unnoticed. Source:
+// Wavefront Technologies, "Advanced Visualizer manual", appendix B1, 1992. Tags (t crease) are
+// those of Pixar, "OpenSubdiv", 2012.
 
 #include <fmt/format.h>
 
@@ -13,6 +14,7 @@
 
 #include "mesh/connectivity.h"
 #include "mesh/files/face_divider.h"
+#include "mesh/files/obj_texture.h"
 #include "mesh/files/readers.h"
 #include "mesh/files/text_input.h"
 
@@ -25,7 +27,6 @@ struct PassedStatement {
   bool is_of_vertices = false;
 };
 constexpr std::array kPassed = std::to_array<PassedStatement>({
-    {"vt", "texture coordinate", "texture coordinates", true},
     {"vn", "normal", "normals", true},
     {"t", "tag (t crease and its like)", "tags (t crease and its like)"},
     {"g", "group", "groups"},
@@ -64,6 +65,8 @@ class ObjReader {
       const std::string_view keyword = text_.word();
       if (keyword == "v")
         read_vertex();
+      else if (keyword == "vt")
+        read_texture();
       else if (keyword == "f" || keyword == "fo")
         read_face();
       else
@@ -78,10 +81,15 @@ class ObjReader {
     // A colour is kept if all vertices have one.
     if (!colours_.empty() && colours_.size() == 3 * mesh_.positions.size()) {
       coloured_ = 0;
-      const std::span<const std::byte> bytes = std::as_bytes(std::span(colours_));
-      MeshAttribute& colour = result.attributes.emplace_back();
-      colour.schema = {"color", ComponentType::kFloat32, 3};
-      colour.records.assign(bytes.begin(), bytes.end());
+      result.attributes.push_back(attribute_of<float>("color", 3, colours_));
+    }
+    if (const ObjTexture::Result texture = texture_.finish(mesh_.positions.size());
+        !texture.coordinates.empty()) {
+      result.attributes.push_back(
+          attribute_of<ObjTexture::Coordinates>("texture", 2, texture.coordinates));
+      reading_.leave_out_of_vertices("texture coordinates of further corners, at seams,",
+                                     texture.seam_vertices);
+      textures_ = 0;
     }
     leave_out();
     result.mesh = std::move(mesh_);
@@ -89,11 +97,18 @@ class ObjReader {
   }
 
  private:
+  template <class Record>
+  static MeshAttribute attribute_of(std::string_view name, std::uint32_t components,
+                                    std::span<const Record> records) {
+    const std::span<const std::byte> bytes = std::as_bytes(records);
+    return {{std::string(name), ComponentType::kFloat32, components}, {bytes.begin(), bytes.end()}};
+  }
   void pass_statement(std::string_view keyword);
   void leave_out() const;
   void read_vertex();
+  void read_texture();
   void read_face();
-  VertexId parse_corner(std::string_view word) const;
+  VertexId parse_corner(std::string_view word);
   std::string face_name() const { return fmt::format("face {}", face_count_); }
 
   TextInput text_;
@@ -102,6 +117,9 @@ class ObjReader {
   FaceDivider divider_{mesh_};
   std::array<std::uint64_t, kPassed.size()> passed_{};
   std::uint64_t free_form_ = 0, weights_ = 0, coloured_ = 0;
+  ObjTexture texture_;  ///< if attributes shall be read
+  /// Texture coordinates, and their third numbers.
+  std::uint64_t textures_ = 0, depths_ = 0;
   std::vector<float> colours_;  ///< of the vertices that have one, if attributes shall be read
   std::uint64_t face_count_ = 0;
   /// The highest vertex that a face names, with the line and the number of that face. Vertices may
@@ -124,6 +142,13 @@ void ObjReader::leave_out() const {
   reading_.leave_out_of_vertices("colours and masks in comments (#MRGB)",
                                  text_.hexadecimal_digits() / kPaintDigits);
   reading_.leave_out_of_vertices("weights", weights_);
+  reading_.leave_out(textures_,
+                     reading_.attributes ? "texture coordinate, because some corners have none"
+                                         : "texture coordinate",
+                     reading_.attributes ? "texture coordinates, because some corners have none"
+                                         : "texture coordinates");
+  reading_.leaves_out_of_vertices = reading_.leaves_out_of_vertices || textures_ > 0;
+  reading_.leave_out(depths_, "third texture coordinate", "third texture coordinates");
   for (std::size_t at = 0; at < kPassed.size(); ++at) {
     reading_.leave_out(passed_[at], kPassed[at].one, kPassed[at].many);
     if (kPassed[at].is_of_vertices && passed_[at] > 0) reading_.leaves_out_of_vertices = true;
@@ -160,8 +185,24 @@ void ObjReader::read_vertex() {
   mesh_.positions.push_back(p);
 }
 
-/// "7", "-1", "7/1", "7//3" or "7/1/3"; only the part before the first slash counts.
-VertexId ObjReader::parse_corner(std::string_view word) const {
+void ObjReader::read_texture() {
+  ++textures_;
+  if (!reading_.attributes) return;
+  std::array<float, 3> numbers{};  // one that is not there is 0
+  std::size_t count = 0;
+  for (std::string_view word = text_.word(); !word.empty(); word = text_.word(), ++count) {
+    const std::optional<double> number = parse_number(word);
+    if (!number || count == numbers.size())
+      text_.refuse(fmt::format("texture coordinate {}", textures_), "one to three numbers", word);
+    numbers[count] = static_cast<float>(*number);
+  }
+  if (numbers[2] != 0) ++depths_;
+  texture_.add_coordinates({numbers[0], numbers[1]});
+}
+
+/// "7", "-1", "7/1", "7//3" or "7/1/3": a vertex, texture coordinates and a normal, which does not
+/// count.
+VertexId ObjReader::parse_corner(std::string_view word) {
   const std::size_t slash = std::min(word.find('/'), word.size());
   const std::optional<std::int64_t> number = parse_integer(word.substr(0, slash));
   const std::string_view rest = word.substr(slash);
@@ -173,7 +214,13 @@ VertexId ObjReader::parse_corner(std::string_view word) const {
     text_.refuse(face_name(), fmt::format("at most {} vertices back", count), word);
   if (*number > static_cast<std::int64_t>(kMaxVertices))
     text_.refuse(face_name(), fmt::format("a vertex of at most {}", kMaxVertices), word);
-  return static_cast<VertexId>(*number < 0 ? count + *number : *number - 1);
+  const auto vertex = static_cast<VertexId>(*number < 0 ? count + *number : *number - 1);
+  if (reading_.attributes) {
+    const std::string_view texture = rest.substr(std::min<std::size_t>(1, rest.size()));
+    texture_.add_corner(vertex, parse_integer(texture.substr(0, texture.find('/'))).value_or(0),
+                        mesh_.positions.size());
+  }
+  return vertex;
 }
 
 void ObjReader::read_face() {

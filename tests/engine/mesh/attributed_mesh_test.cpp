@@ -198,3 +198,52 @@ TEST_CASE("ReadAttributedMesh_ObjWithColoursOfAllVertices_KeepsThem") {
   REQUIRE(!warnings.empty());
   CHECK(warnings[0].find("left out: colours of 3 vertices") != std::string::npos);
 }
+
+TEST_CASE("ReadAttributedMesh_ObjWithTextureAtAllCorners_KeepsThatOfTheFirst") {
+  const MeshDirectory directory;
+  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 9 9 9\n";
+  const auto read = [&](const std::string& faces) {
+    std::vector<std::string> warnings;
+    const AttributedMesh mesh =
+        read_attributed_mesh(directory.file("a.obj", vertices + faces), &warnings);
+    std::vector<float> numbers;
+    if (!mesh.attributes.empty()) {
+      CHECK(mesh.attributes[0].schema.name == "texture");
+      CHECK(mesh.attributes[0].schema.type == ComponentType::kFloat32);
+      CHECK(mesh.attributes[0].schema.components == 2);
+      numbers.resize(mesh.attributes[0].records.size() / sizeof(float));
+      std::memcpy(numbers.data(), mesh.attributes[0].records.data(),
+                  mesh.attributes[0].records.size());
+    }
+    return std::pair(numbers, warnings.empty() ? "" : warnings[0]);
+  };
+  const auto has = [](const std::string& text, std::string_view part) {
+    return text.find(part) != std::string::npos;
+  };
+  const std::vector<float> expected = {0, 0, 0.5, 0, 0, 0.25, 1, 1, 0, 0};
+  const std::string numbers = "vt 0\nvt 0.5 0\nvt 0 0.25 0\nvt 1 1\nvt 0.5 0 0\n";
+  // Equal numbers at another place are no seam; back from the last, and before the coordinates.
+  for (const std::string& faces : {numbers + "f 1/1 2/2 3/3\nf 2/5/7 4/4 3/3\n",
+                                   numbers + "f 1/-5 2/-4 3/-3\nf 2/2 4/-2 3/3\n",
+                                   "f 1/1 2/2 3/3\nf 2/2 4/4 3/3\n" + numbers}) {
+    CAPTURE(faces);
+    const auto [found, warning] = read(faces);
+    CHECK(found == expected);
+    CHECK(warning.empty());
+  }
+  const auto [seam, of_seam] = read(numbers + "f 1/1 2/2 3/3\nf 2/4 4/4 3/3\nf 2/1 4/4 3/4\n");
+  CHECK(seam == expected);
+  CHECK(has(of_seam, "texture coordinates of further corners, at seams, of 2 vertices"));
+  for (const std::string faces : {"f 1/1 2/2 3/3\nf 2 4/4 3/3\n", "f 1/1 2/2 3/6\n",
+                                  "f 1/1 2/2 3/-6\n", "f 1//1 2//1 3//1\n"}) {
+    CAPTURE(faces);
+    const auto [found, warning] = read(numbers + faces);
+    CHECK(found.empty());
+    CHECK(has(warning, "left out: 5 texture coordinates, because some corners have none"));
+  }
+  const auto third = read("vt 0 0 0.5\nf 1/1 2/1 3/1\n");
+  CHECK(third.first.size() == 10);
+  CHECK(has(third.second, "left out: 1 third texture coordinate"));
+  CHECK_THROWS_WITH(read("vt 0 zero\nf 1/1 2/1 3/1\n"),
+                    Catch::Contains("texture coordinate 1: expected one to three numbers"));
+}

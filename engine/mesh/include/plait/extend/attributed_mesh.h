@@ -38,10 +38,10 @@ enum class NotFinite : std::uint8_t { kRefuse, kKeep };
 ///   nx ny nz -> normal          red green blue [alpha] -> color        s t, or u v -> texture
 ///   NAME_0 NAME_1 ... (of one type) -> NAME, a record of as many components
 ///   NAME_x NAME_y NAME_z (of one type) -> NAME                 any other scalar -> its own name
-/// Colours that follow the coordinates of all vertices of an OBJ file become color, of float32.
-/// Other formats give no attributes. What else the file has is left out, and a line of `warnings`
+/// Of OBJ, colours of all vertices become color, and texture coordinates of all corners texture (of
+/// a vertex's first corner), of float32. What else a file has is left out, and a line of `warnings`
 /// names it with its numbers: lists and names that an attribute cannot have, properties of faces,
-/// further elements, colours, texture coordinates and groups of the other formats. Pinned by
+/// further elements, groups, and what the other formats have beside positions. Pinned by
 /// tests/engine/mesh/attributed_mesh_test.cpp and left_out_test.cpp.
 AttributedMesh read_attributed_mesh(const std::filesystem::path& path,
                                     std::vector<std::string>* warnings = nullptr,
