@@ -403,7 +403,10 @@ std::string ScanRun::far_text() const {
 /// and no distance shows it.
 void ScanRun::count_crossings() {
   const Stopwatch clock;
-  const auto go_on = [this] { progress_.begin("crossings", kMeasuringScan.last); };
+  // Depths come afterwards.
+  const auto go_on = [this] {
+    progress_.begin("crossings", request_.max_distance ? kSampling.last : kMeasuringScan.last);
+  };
   const TriangleSet scan{scan_.positions, scan_.faces},
       store{triangles_->mesh.positions, triangles_->mesh.faces};
   report_.scan_crossings = find_crossings(scan, *scan_tree_, go_on);
