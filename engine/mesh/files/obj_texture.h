@@ -86,8 +86,10 @@ inline ObjTexture::Result ObjTexture::finish(std::size_t vertices) {
     return coordinates_[corner.place] == result.coordinates[corner.vertex];
   });
   std::ranges::sort(others_, {}, &Corner::vertex);
-  const auto repeated = std::ranges::unique(others_, {}, &Corner::vertex);
-  result.seam_vertices = static_cast<std::uint64_t>(repeated.begin() - others_.begin());
+  const auto end = std::unique(
+      others_.begin(), others_.end(),
+      [](const Corner& one, const Corner& other) { return one.vertex == other.vertex; });
+  result.seam_vertices = static_cast<std::uint64_t>(end - others_.begin());
   return result;
 }
 
