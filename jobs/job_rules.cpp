@@ -40,6 +40,7 @@ bool has_order(const BaseMesh& mesh, LayoutKind kind) {
 }
 
 LaidOutMesh laid_out(BaseMesh mesh, LayoutKind kind) {
+  if (has_order(mesh, kind) && mesh.piece_bytes() != 0) return {std::move(mesh), kind, {}};
   if (!has_order(mesh, kind)) return lay_out(in_input_order(std::move(mesh)), kind);
   const LayoutSpans spans = measure_spans(mesh);
   return {std::move(mesh), kind, spans};
@@ -91,6 +92,21 @@ std::optional<JobError> lacks_memory(std::string_view what, std::uint64_t needed
 void check_memory(std::string_view what, std::uint64_t needed_bytes, bool ignore) {
   if (ignore) return;
   if (const auto refusal = lacks_memory(what, needed_bytes)) throw JobError(*refusal);
+}
+
+std::optional<std::string> disk_for_sorts(std::string_view what, const std::filesystem::path& out,
+                                          std::uint64_t needed_bytes) {
+  constexpr std::uint64_t kMuch = std::uint64_t{1} << 30;
+  const std::uint64_t free = free_disk_bytes(out);
+  if (needed_bytes > free)
+    throw Error(ErrorCode::kNoSpace,
+                fmt::format("{}: until the end about {} of disk are needed beside {}, and {} are "
+                            "free",
+                            what, format_bytes(needed_bytes), out.native(), format_bytes(free)));
+  if (needed_bytes <= kMuch) return {};
+  return fmt::format("until the end, files beside {} take up to about {} of the {} of disk that are "
+                     "free",
+                     out.native(), format_bytes(needed_bytes), format_bytes(free));
 }
 
 void warn_of_fewer_threads(std::string_view what, int taken, int asked, std::uint64_t budget_bytes,

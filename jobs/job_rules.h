@@ -47,6 +47,7 @@ BaseMesh in_input_order(BaseMesh mesh);
 /// Whether the mesh is one in files that has the layout already.
 bool has_order(const BaseMesh& mesh, LayoutKind kind);
 /// As lay_out() of the mesh in_input_order(), which a mesh that has the layout in files needs not.
+/// Measures no spans of one that is taken in pieces.
 LaidOutMesh laid_out(BaseMesh mesh, LayoutKind kind);
 
 /// What the texts of an option `compress` choose. Errors: as Compression::add().
@@ -70,6 +71,12 @@ JobError needs_compression(std::string_view verb, const RegisteredBackend& backe
 std::optional<JobError> lacks_memory(std::string_view what, std::uint64_t needed_bytes);
 /// Throws it, unless `ignore`.
 void check_memory(std::string_view what, std::uint64_t needed_bytes, bool ignore);
+
+/// What a work says before it sorts in files beside `out`, of which it needs about `needed_bytes`
+/// until its end; nothing if that is little. Errors: kNoSpace if less is free. `what` begins the
+/// message.
+std::optional<std::string> disk_for_sorts(std::string_view what, const std::filesystem::path& out,
+                                          std::uint64_t needed_bytes);
 
 /// Warns if a work takes fewer threads than were asked for (0: all processors), because the memory
 /// of more does not fit the budget. `what` begins the message. `warn` may be empty.

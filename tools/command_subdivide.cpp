@@ -48,6 +48,9 @@ std::string surface_text(const Json& report) {
                   report["limit"].get<bool>() ? " with limit positions" : "",
                   report["normals"].get<bool>() ? " with normals" : "", word(report["precision"]),
                   word(report["executor"]), threads, threads == 1 ? "" : "s");
+  if (report["span"].is_null())
+    return text + fmt::format("layout     {}, base mesh in pieces of up to {}\n",
+                              word(report["layout"]), bytes(report["piece_bytes"]));
   return text + fmt::format("layout     {}, span {} edges\n", word(report["layout"]),
                             count(report["span"]));
 }

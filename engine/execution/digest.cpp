@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "execution/slot_hasher.h"
+#include "paging/level_cursor.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
@@ -42,7 +43,64 @@ std::optional<Passes> all_together(const Store& store, const Passes& by_levels) 
   return Passes{std::move(together)};
 }
 
+/// Edges, or vertices, that are in memory at once where the base mesh is taken in pieces.
+constexpr std::uint64_t kRun = 1 << 15;
+
+/// Of a store whose base mesh is taken in pieces.
+Digest digest_of_base_in_runs(const Store& store) {
+  SlotHasher hasher;
+  std::vector<std::byte> records;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    const AttributeSchema& schema = store.attributes()[id].schema;
+    const std::size_t record_bytes = schema.record_bytes();
+    const std::uint64_t count = store.base().vertex_count();
+    for (std::uint64_t first = 0; first < count; first += kRun) {
+      records.resize(std::min(kRun, count - first) * record_bytes);
+      StoreAccess::read_base_records(store, id, first * record_bytes, records);
+      for (std::size_t at = 0; at * record_bytes < records.size(); ++at) {
+        const auto vertex = static_cast<VertexId>(first + at);
+        hasher.add(vertex, vertex, store.base_level(), schema.name,
+                   std::span(records).subspan(at * record_bytes, record_bytes));
+      }
+    }
+  }
+  return hasher.sum();
+}
+
+/// Of the same, by one thread.
+Digest digest_of_levels_in_runs(const Store& store, int wanted_level,
+                                const ProgressCallback& progress) {
+  SlotHasher hasher;
+  const BaseMesh& base = store.base();
+  const MeshPages& pages = *base.pages();
+  const std::span<const Edge> edges = base.arrays().mesh.edges;
+  std::uint64_t done = 0, total = 0;
+  const auto each_level = [&](const auto& take) {
+    for (AttributeId id = 0; id < store.attributes().size(); ++id)
+      for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level;
+           ++level)
+        if (wanted_level == -1 || wanted_level == level) take(id, level);
+  };
+  each_level([&](AttributeId, int) { total += edges.size(); });
+  each_level([&](AttributeId id, int level) {
+    LevelCursor cursor(StoreAccess::open_session(store), StoreAccess::level_file(store, id, level));
+    for (std::uint64_t first = 0; first < edges.size(); first += kRun) {
+      const std::uint64_t after = std::min<std::uint64_t>(first + kRun, edges.size());
+      pages.need_range(MeshArray::kEdges, first, after);
+      for (auto edge = static_cast<EdgeId>(first); edge < after; ++edge)
+        hasher.add(edges[edge].start, edges[edge].end, level, store.attributes()[id].schema.name,
+                   cursor.slot(edge).bytes);
+      pages.forget(MeshArray::kEdges, first, after);
+      done += after - first;
+      if (progress && !progress({"digest", done, total}))
+        throw Error(ErrorCode::kCancelled, "digest: cancelled");
+    }
+  });
+  return hasher.sum();
+}
+
 Digest digest_of_base(const Store& store) {
+  if (StoreAccess::takes_pieces(store)) return digest_of_base_in_runs(store);
   SlotHasher hasher;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     const AttributeSchema& schema = store.attributes()[id].schema;
@@ -110,6 +168,10 @@ Digest digest(const Store& store, const DigestOptions& options) try {
   const StorePass under_way(store);
   SlotHasher sum;
   if (options.level == -1 || options.level == store.base_level()) sum.add(digest_of_base(store));
+  if (StoreAccess::takes_pieces(store)) {
+    sum.add(digest_of_levels_in_runs(store, options.level, options.progress));
+    return sum.sum();
+  }
   const Passes by_levels = passes_by_levels(store, options.level);
   if (const auto together = all_together(store, by_levels)) {
     try {

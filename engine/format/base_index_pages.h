@@ -41,9 +41,7 @@ class BaseIndexPages final : public MeshPages {
   void check_sides(std::span<const FaceId> faces) const override;
   [[noreturn]] void refuse(MeshArray array, std::uint64_t element,
                            const std::string& what) const override;
-  /// Gives back the memory of the pages of these entries. They are read again when they are needed.
-  /// REQUIRES: nobody uses entries of the array.
-  void forget(MeshArray array, std::uint64_t first, std::uint64_t after) const;
+  void forget(MeshArray array, std::uint64_t first, std::uint64_t after) const override;
   std::uint64_t memory_bytes() const noexcept override;
   StoredBase stored() const noexcept override;
 

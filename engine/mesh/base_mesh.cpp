@@ -104,7 +104,8 @@ BaseMesh::BaseMesh(BaseMesh&& other) noexcept
       pages_(std::move(other.pages_)),
       slot_shapes_(std::move(other.slot_shapes_)),
       depths_(std::move(other.depths_)),
-      region_(std::move(other.region_)) {}
+      region_(std::move(other.region_)),
+      piece_bytes_(std::exchange(other.piece_bytes_, 0)) {}
 
 BaseMesh& BaseMesh::operator=(BaseMesh&& other) noexcept {
   if (this == &other) return *this;
@@ -115,6 +116,7 @@ BaseMesh& BaseMesh::operator=(BaseMesh&& other) noexcept {
   slot_shapes_ = std::move(other.slot_shapes_);
   depths_ = std::move(other.depths_);
   region_ = std::move(other.region_);
+  piece_bytes_ = std::exchange(other.piece_bytes_, 0);
   return *this;
 }
 
@@ -261,6 +263,13 @@ BaseMesh BaseMesh::around(EdgeId first, EdgeId after) const {
   BaseMesh result = *this;
   result.region_ =
       std::make_shared<const MeshRegion>(find_region(arrays_, pages_.get(), first, after));
+  if (pages_) pages_->need_elements(MeshArray::kPositions, result.region_->neighbours);
+  return result;
+}
+
+BaseMesh BaseMesh::in_pieces(std::uint64_t bytes) const {
+  BaseMesh result = *this;
+  if (pages_) result.piece_bytes_ = bytes;
   return result;
 }
 

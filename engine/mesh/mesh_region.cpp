@@ -6,6 +6,8 @@
 #include <array>
 #include <span>
 
+#include "plait/error.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
@@ -19,7 +21,8 @@ void sort_out(Numbers& numbers) {
 /// Collects a region; reads before each look at the arrays what the look needs.
 class Search {
  public:
-  Search(const MeshArrays& arrays, const MeshPages* pages) : mesh_(arrays.mesh), pages_(pages) {}
+  Search(const MeshArrays& arrays, const MeshPages* pages, std::uint64_t most_faces)
+      : mesh_(arrays.mesh), pages_(pages), most_faces_(most_faces) {}
 
   MeshRegion run(EdgeId first, EdgeId after) {
     MeshRegion region;
@@ -37,10 +40,11 @@ class Search {
     read_edges(beyond);
     region.vertices = vertices_of(region.faces, rim);
     region.neighbours = region.vertices;
-    const Numbers around = walk_around(rim);
-    region.neighbours.insert(region.neighbours.end(), around.begin(), around.end());
+    region.faces_around = walk_around(rim, region.faces.size());
+    for (const FaceId face : region.faces_around)
+      region.neighbours.insert(region.neighbours.end(), mesh_.faces[face].begin(),
+                               mesh_.faces[face].end());
     sort_out(region.neighbours);
-    need(MeshArray::kPositions, region.neighbours);
     return region;
   }
 
@@ -169,15 +173,16 @@ class Search {
     return vertices;
   }
 
-  /// Walks around all the vertices at once, a face at a time, and returns the corners of the faces
-  /// that the walks come through. Steps go back and forth over each side that was read, so each
-  /// walk comes back to its first corner or to a border.
-  Numbers walk_around(const Numbers& vertices) const {
+  /// Walks around all the vertices at once, a face at a time, and returns the faces out of the
+  /// region that the walks come through. Steps go back and forth over each side that was read, so
+  /// each walk comes back to its first corner or to a border.
+  Numbers walk_around(const Numbers& vertices, std::uint64_t in_region) const {
     struct Walk {
       FaceSide first, at;
     };
     std::vector<Walk> walks;
-    Numbers faces, corners;
+    Numbers faces, around;
+    std::size_t sorted_out = 0;
     for (const VertexId vertex : vertices) {
       walks.push_back({mesh_.vertex_corners[vertex], mesh_.vertex_corners[vertex]});
       faces.push_back(walks.back().at.face());
@@ -188,10 +193,14 @@ class Search {
     while (!walks.empty()) {
       Numbers crossed;
       for (const Walk& walk : walks) {
-        const auto& face = mesh_.faces[walk.at.face()];
-        corners.insert(corners.end(), face.begin(), face.end());
+        if (!is_in_region(walk.at.face())) around.push_back(walk.at.face());
         crossed.push_back(
             mesh_.face_edges[walk.at.face()][static_cast<std::size_t>((walk.at.side() + 1) % 3)]);
+      }
+      if (around.size() > 2 * sorted_out + 1024) {  // a face is met at each of its corners
+        sort_out(around);
+        sorted_out = around.size();
+        check_count(in_region + sorted_out);
       }
       sort_out(crossed);
       read_edges(crossed);
@@ -200,11 +209,22 @@ class Search {
         return !walk.at.exists() || walk.at == walk.first;
       });
     }
-    return corners;
+    sort_out(around);
+    check_count(in_region + around.size());
+    return around;
+  }
+
+  void check_count(std::uint64_t faces) const {
+    if (faces > most_faces_)
+      throw Error(ErrorCode::kBudget,
+                  fmt::format("take a piece of a base mesh: its vertices have more than {} faces "
+                              "around them, for which there is memory",
+                              most_faces_));
   }
 
   const Topology& mesh_;
   const MeshPages* pages_;
+  std::uint64_t most_faces_;
   FaceId lowest_ = 0;            ///< of the faces that is_listed_ is about
   std::vector<bool> is_listed_;  ///< [face - lowest_] whether it is in the region
   Numbers elsewhere_;            ///< the other faces of the region, ascending
@@ -212,9 +232,9 @@ class Search {
 
 }  // namespace
 
-MeshRegion find_region(const MeshArrays& arrays, const MeshPages* pages, EdgeId first,
-                       EdgeId after) {
-  return Search(arrays, pages).run(first, after);
+MeshRegion find_region(const MeshArrays& arrays, const MeshPages* pages, EdgeId first, EdgeId after,
+                       std::uint64_t most_faces) {
+  return Search(arrays, pages, most_faces).run(first, after);
 }
 
 PLAIT_END_NAMESPACE

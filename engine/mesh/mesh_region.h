@@ -15,15 +15,18 @@ struct MeshRegion {
   std::vector<FaceId> faces;
   /// Of these faces. A walk around one of them is inside of what may be read.
   std::vector<VertexId> vertices;
-  /// Of all faces around `vertices`, so these too. Their positions may be read.
+  /// Of all faces around `vertices`, so these too. find_region() reads no positions.
   std::vector<VertexId> neighbours;
+  /// The other faces around `vertices`.
+  std::vector<FaceId> faces_around;
 };
 
 /// Reads what the region is, if the mesh has `pages`, and checks that the arrays agree there as
 /// MeshPages::need_topology() does. O(n log n) for n corners at `vertices`. REQUIRES: first <
-/// after <= edges. Errors: kCorruption, kIo.
-MeshRegion find_region(const MeshArrays& arrays, const MeshPages* pages, EdgeId first,
-                       EdgeId after);
+/// after <= edges. Errors: kCorruption, kIo; kBudget if there are more faces around `vertices` than
+/// `most_faces`.
+MeshRegion find_region(const MeshArrays& arrays, const MeshPages* pages, EdgeId first, EdgeId after,
+                       std::uint64_t most_faces = kNoId);
 
 /// The base vertices that BaseMesh::around() keeps, or all: [index]. Threads: shared.
 class VerticesAtHand {

@@ -25,7 +25,7 @@ struct MemorySnapshot {
   struct CommittedAttribute {
     AttributeInfo info;
     AttributeRecord record;
-    ZeroedArray<std::byte> base_bytes;
+    BaseRecords base_bytes;
   };
   Provenance provenance_;
   std::uint32_t next_number_;

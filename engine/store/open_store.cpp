@@ -123,7 +123,8 @@ LevelSurroundings Store::Implementation::surroundings() const {
     AttributeLevels& levels = result.attributes.emplace_back();
     levels.number = attributes[i].record.number;
     levels.schema = infos[i].schema;
-    levels.base = attributes[i].base_bytes;
+    // Records in a file are read by nobody who decodes.
+    if (attributes[i].base_bytes.file() == nullptr) levels.base = attributes[i].base_bytes;
     for (const auto& level : attributes[i].levels) levels.levels.push_back(&level->geometry);
   }
   return result;

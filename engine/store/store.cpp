@@ -128,6 +128,23 @@ void StoreAccess::lend_base_records(Store& store, AttributeId attribute) {
 }
 
 std::span<std::byte> StoreAccess::base_bytes(Store& store, AttributeId attribute, Access access) {
+  begin_base_change(store, attribute, access);
+  return attribute_of(store.state(), attribute).base_bytes;
+}
+
+void StoreAccess::put_base_records(Store& store, AttributeId attribute,
+                                   std::span<const VertexId> vertices,
+                                   std::span<const std::byte> records) {
+  attribute_of(store.state(), attribute).base_bytes.put(vertices, records);
+}
+
+void StoreAccess::read_base_records(const Store& store, AttributeId attribute, std::uint64_t first,
+                                    std::span<std::byte> into) {
+  check_readable(store, attribute, store.base_level(), true);
+  attribute_of(store.state(), attribute).base_bytes.read(first, into);
+}
+
+void StoreAccess::begin_base_change(Store& store, AttributeId attribute, Access access) {
   Store::Implementation& state = store.state();
   begin_change(state, Change::kRecords,
                "change base records (a const Store gives them to read) of");
@@ -145,7 +162,6 @@ std::span<std::byte> StoreAccess::base_bytes(Store& store, AttributeId attribute
                         "records to read",
                         state.infos[attribute].schema.name, state.name(), level->path.native()));
   data.base_changes.may_have_some = true;
-  return data.base_bytes;
 }
 
 std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
@@ -194,7 +210,7 @@ void StoreAccess::check_type(const Store& store, AttributeId attribute, Componen
 void Store::Implementation::find_changed_records() {
   for (Attribute& attribute : attributes)
     if (attribute.base_changes.must_be_looked_for())
-      attribute.piece_checksums_now = checksums_of_pieces(attribute.base_bytes);
+      attribute.piece_checksums_now = attribute.base_bytes.piece_checksums();
   for (FaceAttribute& attribute : face_attributes)
     if (attribute.changes.must_be_looked_for())
       attribute.checksum_now = checksum_of(attribute.bytes);

@@ -69,7 +69,11 @@ AttributeId add(Store::Implementation& state, AttributeSchema schema, bool is_re
   Store::Implementation::Attribute attribute;
   attribute.record.number = state.next_number++;
   attribute.record.pipeline = std::move(pipeline);
-  attribute.base_bytes = ZeroedArray<std::byte>(state.base.vertex_count() * schema.record_bytes());
+  const std::uint64_t base_bytes = state.base.vertex_count() * schema.record_bytes();
+  if (state.base.piece_bytes() != 0 && state.on_disk())
+    attribute.base_bytes = state.base_records_in_file(attribute.record.number, base_bytes);
+  else
+    attribute.base_bytes = ZeroedArray<std::byte>(base_bytes);
   if (is_replacement) attribute.becomes = std::exchange(schema.name, name);
   state.attributes.push_back(std::move(attribute));
   state.infos.push_back({std::move(schema), state.provenance.base_level});

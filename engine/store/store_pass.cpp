@@ -184,6 +184,11 @@ std::string StoreAccess::final_name(const Store& store, AttributeId attribute) {
   return store.state().final_schema(attribute).name;
 }
 
+bool StoreAccess::takes_pieces(const Store& store) {
+  const BaseMesh& base = store.base();
+  return base.piece_bytes() != 0 && base.depths() == nullptr && !store.state().is_part();
+}
+
 EdgeRange StoreAccess::edges(const Store& store) {
   const Store::Implementation& state = store.state();
   if (!state.is_part()) return {0, static_cast<EdgeId>(state.base.edge_count())};

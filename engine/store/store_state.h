@@ -12,7 +12,6 @@
 
 #include "base/contention.h"
 #include "base/stopwatch.h"
-#include "base/zeroed_array.h"
 #include "blocks/telling_volume.h"
 #include "format/base_mesh_file.h"
 #include "format/manifest.h"
@@ -24,6 +23,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/notes.h"
 #include "plait/store.h"
+#include "store/base_records.h"
 #include "store/lock.h"
 #include "store/stored_version.h"
 
@@ -42,7 +42,7 @@ struct Store::Implementation {
 
   struct Attribute {
     AttributeRecord record;  ///< its schema is in `infos`
-    ZeroedArray<std::byte> base_bytes;
+    BaseRecords base_bytes;
     Changes base_changes = {};
     /// Of `base_bytes`: at the last commit, and when find_changed_records() looked.
     std::vector<std::uint64_t> piece_checksums = {}, piece_checksums_now = {};
@@ -111,6 +111,8 @@ struct Store::Implementation {
   /// records, has changed. Returns whether that is so. REQUIRES: all levels were synced.
   bool write_changes(bool durable);
   void write_whole_version(bool durable);
+  /// Base records of a new attribute, in the file that they have in the next version.
+  BaseRecords base_records_in_file(std::uint32_t attribute, std::uint64_t bytes) const;
   /// Notes what locks do not protect this writer from.
   void note_missing_locks();
   /// Tells options.events how long it took.

@@ -113,7 +113,10 @@ void Store::Implementation::write_whole_version(bool durable) {
   VersionContent content{description(), {}, {}};
   if (generations) content.log = generations->finish_log(durable);
   for (const Attribute& attribute : attributes) {
-    content.base_records.push_back(attribute.base_bytes);
+    const File* const file = attribute.base_bytes.file();
+    content.base_files.push_back(file);
+    content.base_records.push_back(file == nullptr ? attribute.base_bytes
+                                                   : std::span<const std::byte>());
     for (const auto& level : attribute.levels) content.tables.push_back(&level->table);
   }
   for (const FaceAttribute& attribute : face_attributes)
@@ -124,6 +127,13 @@ void Store::Implementation::write_whole_version(bool durable) {
     has_base_index = true;
   }
   committed = publish_version(directory, lock, uuid, sequence + 1, std::move(content), durable);
+}
+
+BaseRecords Store::Implementation::base_records_in_file(std::uint32_t attribute,
+                                                        std::uint64_t bytes) const {
+  const std::string name = base_file_name(attribute, sequence + 1);
+  directory.remove(name);
+  return {File(directory, name, OpenMode::kCreate), bytes};
 }
 
 void Store::Implementation::hold_versions() {

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <string>
 
+#include "format/base_mesh_file.h"
 #include "format/base_records_file.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
 #include "format/manifest.h"
 #include "format/version_file.h"
+#include "io/copy_range.h"
 #include "plait/extend/file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -21,6 +23,22 @@ void write_whole_file(const Directory& store, const std::string& name,
   file.write_at(0, bytes);
   if (durable) file.sync();
   file.close();
+}
+
+/// A file of the version that has the bytes of `from`, or is this file.
+StoredSize publish_file(const Directory& store, const std::string& name, const File& from,
+                        bool durable) {
+  if (from.path().filename() != name) {
+    store.remove(name);
+    File file(store, name, OpenMode::kCreate);
+    copy_range(from, file, 0, from.size());
+    file.close();
+  }
+  File file(store, name, OpenMode::kReadWrite);
+  if (durable) file.sync();
+  const StoredSize size{file.size(), checksum_of(file)};
+  file.close();
+  return size;
 }
 
 void write_slot(const Directory& store, const Manifest& manifest, bool durable) {
@@ -43,6 +61,14 @@ Manifest publish_version(const Directory& store, const StoreLock& lock, const St
   VersionDescription& description = content.description;
   for (std::size_t at = 0; at < description.attributes.size(); ++at) {
     AttributeRecord& attribute = description.attributes[at];
+    if (const File* const file = content.base_files.empty() ? nullptr : content.base_files[at];
+        file != nullptr && !content.positions) {
+      const StoredSize size =
+          publish_file(store, base_file_name(attribute.number, sequence), *file, durable);
+      attribute.base_bytes = size.bytes;
+      attribute.base_checksum = size.checksum;
+      continue;
+    }
     std::span<const std::byte> bytes = content.base_records[at];
     std::vector<std::byte> packed;
     if (content.positions)

@@ -11,6 +11,7 @@
 #include "format/version_description.h"
 #include "plait/extend/block_table.h"
 #include "plait/extend/directory.h"
+#include "plait/extend/file.h"
 #include "plait/extend/vector3.h"
 #include "store/lock.h"
 
@@ -21,6 +22,8 @@ struct VersionContent {
   VersionDescription description;  ///< publish_version() enters sizes and checksums of the records
   /// Of all base vertices, for each attribute; of all base faces, for each face attribute.
   std::vector<std::span<const std::byte>> base_records, face_records;
+  /// [attribute] the file that has its base records instead, or nullptr. Empty: none has.
+  std::vector<const File*> base_files = {};
   /// Of the base mesh, for a store whose base records are packed (format/base_records_file.h).
   std::optional<std::span<const Vector3<double>>> positions = {};
   std::vector<const BlockTable*> tables = {};  ///< of all levels; none if they are in shards

@@ -81,6 +81,18 @@ struct SortMemory {
   std::uint64_t read_bytes = std::uint64_t{256} << 10;
 };
 
+/// The most disk that a sort of so many records takes at a time. One that merges in more than one
+/// pass may have all of them twice.
+inline std::uint64_t disk_of_sort(std::uint64_t records, std::size_t record_bytes,
+                                  SortMemory memory) {
+  const std::uint64_t bytes = records * record_bytes;
+  if (bytes <= memory.bytes) return 0;
+  const std::uint64_t runs = bytes / std::max<std::uint64_t>(1, memory.bytes) + 1,
+                      at_once = std::max<std::uint64_t>(
+                          2, memory.bytes / std::max<std::uint64_t>(1, memory.read_bytes));
+  return runs > at_once ? 2 * bytes : bytes;
+}
+
 /// Records are pushed in any order, and then come in ascending order, once.
 template <class Record>
 class ExternalSort {

@@ -5,9 +5,9 @@
 #include <filesystem>
 
 #include "base/text.h"
-#include "io/machine.h"
 #include "io/unpublished.h"
 #include "job.h"
+#include "job_rules.h"
 #include "layout/base_directory.h"
 #include "layout/lay_out_in_files.h"
 #include "plait/error.h"
@@ -19,29 +19,11 @@ namespace {
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
 /// The program and buffers of files, beside the sorts; and the least for the sorts.
 constexpr std::uint64_t kOwnBytes = 64 * kMiB, kLeastSortBytes = 32 * kMiB;
-/// More disk than this is said before the work begins.
-constexpr std::uint64_t kMuchDisk = std::uint64_t{1} << 30;
 
 struct LayoutArguments {
   std::filesystem::path mesh, out;
   std::uint64_t memory = std::uint64_t{2} << 30;
 };
-
-void check_disk(const LayoutArguments& arguments, const std::filesystem::path& out,
-                std::uint64_t need, const JobWatch& watch) {
-  const std::uint64_t free = free_disk_bytes(out);
-  if (need > free)
-    throw Error(
-        ErrorCode::kNoSpace,
-        fmt::format("lay out {}: until the end about {} of disk are needed beside {}, and {} "
-                    "are free",
-                    arguments.mesh.native(), format_bytes(need), out.native(), format_bytes(free)));
-  if (need > kMuchDisk && watch.warn)
-    watch.warn(
-        fmt::format("until the end, files beside {} take up to about {} of the {} of disk "
-                    "that are free",
-                    out.native(), format_bytes(need), format_bytes(free)));
-}
 
 JobReport run_layout(const LayoutArguments& arguments, const JobCall& call) {
   const JobWatch& watch = call.watch;
@@ -55,7 +37,9 @@ JobReport run_layout(const LayoutArguments& arguments, const JobCall& call) {
   std::uint64_t need = 0;
   request.begin = [&](std::uint64_t vertices, std::uint64_t faces) {
     need = disk_need(vertices, faces, request.memory);
-    check_disk(arguments, OutputName(arguments.out).path, need, watch);
+    const auto line = disk_for_sorts(fmt::format("lay out {}", arguments.mesh.native()),
+                                     OutputName(arguments.out).path, need);
+    if (line && watch.warn) watch.warn(*line);
   };
   request.progress = watch.progress;
   if (watch.step) watch.step("layout");

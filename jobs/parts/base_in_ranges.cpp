@@ -112,6 +112,29 @@ std::uint64_t BaseInRanges::whole_bytes(const std::filesystem::path& base) {
   return File(Directory(base), kBaseIndexName, OpenMode::kRead).size() / 4 * 5;
 }
 
+BaseCounts BaseInRanges::counts(const std::filesystem::path& base) {
+  const MeshArrays& arrays = open_base_pages(base)->arrays();
+  return {arrays.positions.size(), arrays.mesh.edges.size(), arrays.mesh.faces.size(),
+          arrays.mesh.border_edges.size()};
+}
+
+std::uint64_t BaseInRanges::disk_of_narrowing(const BaseCounts& counts,
+                                              std::uint64_t memory_bytes) {
+  const auto of_sort = [&](std::uint64_t records, std::size_t record_bytes) {
+    return disk_of_sort(records, record_bytes, {memory_bytes / 2});
+  };
+  const std::uint64_t ends = of_sort(counts.edges, sizeof(EdgeEnd)),
+                      placed = of_sort(counts.edges, sizeof(PlacedEnd)),
+                      lengths = of_sort(2 * counts.edges, sizeof(LengthAtVertex)),
+                      merged = of_sort(counts.vertices, sizeof(NarrowVertex));
+  return std::max({ends + placed, placed + lengths, merged});
+}
+
+std::uint64_t BaseInRanges::disk_of_edges(const BaseCounts& counts, std::uint64_t memory_bytes) {
+  return disk_of_sort(3 * counts.faces, sizeof(EarlierEdge), {memory_bytes / 2}) +
+         counts.edges * sizeof(EarlierEdges);
+}
+
 /// take(first, after): entries [first, after) of the array can be read.
 template <class Take>
 void BaseInRanges::each_run(MeshArray array, std::uint64_t count, const Take& take) const {

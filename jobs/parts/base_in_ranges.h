@@ -31,6 +31,12 @@ class BaseInRanges {
   /// The memory that the whole mesh takes, and what a plan keeps of it.
   static std::uint64_t whole_bytes(const std::filesystem::path& base);
 
+  /// About how much disk the files of the sorts need at a time: of narrowing(), and of edges().
+  static std::uint64_t disk_of_narrowing(const BaseCounts& counts, std::uint64_t memory_bytes);
+  static std::uint64_t disk_of_edges(const BaseCounts& counts, std::uint64_t memory_bytes);
+  /// Of the mesh in the directory. Errors: those of open_base_pages().
+  static BaseCounts counts(const std::filesystem::path& base);
+
   /// The mesh. Whoever asks it for a whole array, or its topology(), has it in memory.
   const BaseMesh& mesh() const { return mesh_; }
   /// As seam_vertices_of(). Takes memory for the border alone.

@@ -90,7 +90,8 @@ constexpr std::uint64_t kBytesOfFace = 160;
 }
 
 /// The base mesh if it is one in files that is larger than the memory for it.
-std::optional<BaseInRanges> base_in_ranges(const PartsRequest& request) {
+std::optional<BaseInRanges> base_in_ranges(const PartsRequest& request,
+                                           std::vector<std::string>& warnings) {
   if (!is_base_directory(request.mesh) || request.weld ||
       BaseInRanges::whole_bytes(request.mesh) <= request.memory_bytes)
     return std::nullopt;
@@ -101,9 +102,16 @@ std::optional<BaseInRanges> base_in_ranges(const PartsRequest& request) {
   if (traits_of(request.scheme).ring_count > 1)
     refuse_ranges(request,
                   fmt::format("each part of scheme {} reads all of it", to_string(request.scheme)));
+  const std::filesystem::path plan = OutputName(request.plan).path;
+  const BaseCounts counts = BaseInRanges::counts(request.mesh);
+  const std::uint64_t disk =
+      std::max(BaseInRanges::disk_of_narrowing(counts, request.memory_bytes),
+               BaseInRanges::disk_of_edges(counts, request.memory_bytes));
+  if (const auto line =
+          disk_for_sorts(fmt::format("plan parts of {}", request.mesh.native()), plan, disk))
+    warnings.push_back(*line);
   if (request.before_files) request.before_files();
-  return std::make_optional<BaseInRanges>(request.mesh, OutputName(request.plan).path,
-                                          request.memory_bytes);
+  return std::make_optional<BaseInRanges>(request.mesh, plan, request.memory_bytes);
 }
 
 ComponentType precision_of(const PartsRequest& request, std::optional<BaseInRanges>& ranges,
@@ -190,7 +198,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
       throw Error(ErrorCode::kCancelled, "plan parts: cancelled");
   };
   go_on(0);
-  std::optional<BaseInRanges> ranges = base_in_ranges(request);
+  std::optional<BaseInRanges> ranges = base_in_ranges(request, plan.warnings);
   BaseMesh mesh =
       ranges ? ranges->mesh()
              : mesh_of_file(request.mesh, request.weld, plan.merged_vertices, plan.warnings);

@@ -164,7 +164,8 @@ void PlannedRun::make_levels() {
   result_.refine_seconds += clock.seconds() - result_.commit_seconds;
   result_.paging = store.info().paging;
   for (const AttributeInfo& attribute : store.attributes())
-    result_.base_mesh_bytes += store.base().vertex_count() * attribute.schema.record_bytes();
+    if (plan_.piece_bytes == 0)
+      result_.base_mesh_bytes += store.base().vertex_count() * attribute.schema.record_bytes();
   describe_levels();
 }
 

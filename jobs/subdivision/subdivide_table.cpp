@@ -48,6 +48,11 @@ JobReport counts_json(const std::vector<LevelCounts>& counts) {
   return json;
 }
 
+/// Of a base mesh that is taken in pieces, spans are not measured.
+JobReport span_json(const SubdivisionPlan& plan, std::uint64_t span) {
+  return plan.piece_bytes != 0 ? JobReport(nullptr) : JobReport(span);
+}
+
 JobReport report_of(const std::filesystem::path& mesh, const SubdivisionResult& result) {
   const SubdivisionPlan& plan = result.plan;
   const LevelCounts& finest = plan.level_counts.back();
@@ -76,7 +81,8 @@ JobReport report_of(const std::filesystem::path& mesh, const SubdivisionResult& 
       {"write_wait_seconds", seconds_of(result.paging.write_wait_ns)},
       {"stored_bytes", result.stored_bytes},
       {"base_mesh_bytes", result.base_mesh_bytes},
-      {"budget_bytes", plan.store.budget_bytes},
+      {"budget_bytes", plan.store.budget_bytes + plan.piece_bytes},
+      {"piece_bytes", plan.piece_bytes},
       {"block_bytes", plan.store.block_bytes},
       {"backend", plan.store.backend},
       {"backend_reason", plan.backend_reason},
@@ -89,8 +95,8 @@ JobReport report_of(const std::filesystem::path& mesh, const SubdivisionResult& 
       {"normals", plan.subdivide.normals},
       {"limit", plan.subdivide.limit},
       {"layout", to_string(plan.layout)},
-      {"span", result.spans.loop.span},
-      {"face_span", result.spans.face.span},
+      {"span", span_json(plan, result.spans.loop.span)},
+      {"face_span", span_json(plan, result.spans.face.span)},
       {"paging", paging_json(result.paging)}};
   if (!result.faces_of_level.empty()) {
     json["from_vertices"] = finest.vertices;
@@ -203,7 +209,9 @@ void add_storage_options(JobTable<SubdivideArguments>& table) {
 }
 
 void add_run_options(JobTable<SubdivideArguments>& table) {
-  table.bytes("memory", &SubdivideArguments::budget_bytes, "Budget for blocks in memory");
+  table.bytes("memory", &SubdivideArguments::budget_bytes,
+              "Budget for blocks in memory; half of it for pieces of a mesh of plait layout that is "
+              "larger");
   table.threads(&SubdivideArguments::threads, "Threads that compute");
   table
       .named(

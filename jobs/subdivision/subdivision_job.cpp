@@ -12,6 +12,7 @@
 #include "mesh/weld.h"
 #include "plait/error.h"
 #include "subdivision/earlier_run.h"
+#include "subdivision/mesh_in_pieces.h"
 #include "subdivision/planning.h"
 #include "subdivision/run.h"
 #include "subdivision/run_size.h"
@@ -41,18 +42,26 @@ struct SubdivisionJob::Implementation {
 void SubdivisionJob::Implementation::read_mesh() {
   const Stopwatch clock;
   std::string source = "mesh";
-  if (const auto* const file = std::get_if<std::filesystem::path>(&request.mesh)) {
+  std::optional<BaseInRanges> pieces = mesh_in_pieces(request, plan);
+  if (!plan.refusals.empty()) return;
+  if (pieces) {
+    source = std::get<std::filesystem::path>(request.mesh).native();
+    mesh = pieces->mesh().in_pieces(plan.piece_bytes);
+  } else if (const auto* const file = std::get_if<std::filesystem::path>(&request.mesh)) {
     source = file->native();
     mesh = mesh_of_file(*file, request.weld, plan.merged_vertices, plan.warnings);
   } else {
     mesh = std::get<BaseMesh>(std::exchange(request.mesh, BaseMesh()));
   }
+  const auto ask_precision = [&](std::optional<ComponentType> asked) {
+    if (pieces && asked && *asked != ComponentType::kFloat32) return *asked;
+    return pieces ? precision_for(pieces->narrowing(request.levels), asked, source, plan.warnings)
+                  : precision_for(mesh.positions(), mesh.faces(), request.levels, asked, source,
+                                  plan.warnings);
+  };
   const bool makes_levels = !plan.earlier || plan.earlier->level < request.levels;
-  if (makes_levels)
-    plan.precision =
-        precision_for(mesh.positions(), mesh.faces(), request.levels,
-                      store ? plan.precision : request.precision, source, plan.warnings);
-  plan.seam_vertices = seam_vertices_of(mesh);
+  if (makes_levels) plan.precision = ask_precision(store ? plan.precision : request.precision);
+  plan.seam_vertices = pieces ? pieces->seam_vertices() : seam_vertices_of(mesh);
   if (plan.seam_vertices > 0)
     plan.warnings.push_back(fmt::format("{}: {}", source, seam_text(plan.seam_vertices)));
   plan.import_seconds = clock.seconds();
@@ -73,8 +82,9 @@ void SubdivisionJob::Implementation::plan_mesh() {
     plan.store.backend = std::move(choice.name);
     plan.backend_reason = std::move(choice.reason);
   }
-  if (request.ignore_size) return;
   const BackendTraits traits = backends.find(plan.store.backend).traits;
+  refuse_pieces(request, traits, plan);
+  if (request.ignore_size) return;
   check_memory(plan, traits);
   check_disk(plan, traits, request.store);
 }
@@ -88,6 +98,7 @@ SubdivisionJob::SubdivisionJob(SubdivisionRequest request, const BackendRegistry
   if (!job.store) check_compression(job.request, backends, job.plan);
   if (!job.plan.refusals.empty()) return;
   job.read_mesh();
+  if (!job.plan.refusals.empty()) return;
   check_bounds(job.request, job.mesh, job.plan);
   if (!job.plan.refusals.empty()) return;
   job.plan_mesh();

@@ -35,14 +35,19 @@ void BaseRings<Rule>::evaluate(std::span<const FaceId> faces) {
 }
 
 template <class Rule>
+std::vector<VertexId> BaseRings<Rule>::find_hubs(const Topology& mesh,
+                                                 std::span<const VertexId> vertices) {
+  std::vector<VertexId> hubs;
+  for (const VertexId vertex : vertices)
+    if (count_faces(mesh, vertex) >= kHubValence) hubs.push_back(vertex);
+  return hubs;
+}
+
+template <class Rule>
 std::vector<VertexId> BaseRings<Rule>::find_hubs(const BaseMesh& mesh) {
   const Topology topology = mesh.topology();
+  if (mesh.region() != nullptr) return find_hubs(topology, mesh.region()->vertices);
   std::vector<VertexId> hubs;
-  if (mesh.region() != nullptr) {
-    for (const VertexId vertex : mesh.region()->vertices)
-      if (count_faces(topology, vertex) >= kHubValence) hubs.push_back(vertex);
-    return hubs;
-  }
   // Of a whole mesh, counting is faster than walks.
   std::vector<std::uint32_t> faces_at(topology.vertex_corners.size());
   for (const auto& corners : topology.faces)

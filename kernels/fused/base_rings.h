@@ -61,6 +61,8 @@ class BaseRings {
   static constexpr int kHubValence = 256;
   /// Of the base vertices at hand (mesh/mesh_region.h), ascending.
   static std::vector<VertexId> find_hubs(const BaseMesh& mesh);
+  /// The same for some vertices, around which the mesh may be walked.
+  static std::vector<VertexId> find_hubs(const Topology& mesh, std::span<const VertexId> vertices);
   /// Evaluates these hubs, instead of the vertices of a run.
   void evaluate_hubs(std::span<const VertexId> hubs);
   /// The bytes that evaluate_hubs() needs.

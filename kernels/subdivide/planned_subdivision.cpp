@@ -100,7 +100,7 @@ PlannedSubdivision::PlannedSubdivision(Store& store, const SubdivideOptions& opt
       check_not_fixed(StoreAccess::level_file(store, position_, level));
   if (options.limit || moves_even)
     // Refuses records that other blocks are encoded from.
-    static_cast<void>(StoreAccess::base_bytes(store, position_, Access::kUpdate));
+    StoreAccess::begin_base_change(store, position_, Access::kUpdate);
 }
 
 void PlannedSubdivision::take(ExecutorKind executor) {

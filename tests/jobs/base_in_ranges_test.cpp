@@ -14,14 +14,11 @@
 #include <utility>
 #include <vector>
 
-#include "format/base_index_file.h"
-#include "format/base_mesh_file.h"
 #include "format/file_names.h"
-#include "layout/base_directory.h"
+#include "laid_out_base.h"
 #include "mesh/weld.h"
 #include "plait/extend/parts.h"
 #include "plait/job.h"
-#include "plait/layout.h"
 #include "plait/registry.h"
 #include "support/error_of.h"
 #include "support/sanitized.h"
@@ -35,19 +32,6 @@ namespace {
 using Names = std::vector<std::string>;
 
 constexpr std::uint64_t kHardlyAny = 1 << 14, kMegabyte = 1 << 20;
-
-/// Writes what plait layout makes of the mesh.
-BaseMesh laid_out_at(const std::filesystem::path& path, IndexedMesh mesh) {
-  BaseMesh base = lay_out(BaseMesh::build(std::move(mesh)), LayoutKind::kHilbert).mesh;
-  std::filesystem::create_directory(path);
-  const Directory directory(path);
-  const StoredSize size = write_base_mesh_file(directory, base);
-  write_base_index_file(directory, kBaseIndexName, base, size.checksum, false);
-  write_base_directory(
-      directory,
-      {base.vertex_count(), base.edge_count(), base.face_count(), base.border_edge_count()}, size);
-  return base;
-}
 
 std::vector<EarlierEdges> all_edges(const EdgesInOrder& edges) {
   std::vector<EarlierEdges> all;

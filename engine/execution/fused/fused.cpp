@@ -14,6 +14,7 @@
 #include "execution/fused/fused_faces.h"
 #include "execution/fused/fused_schedule.h"
 #include "execution/fused/slot_delivery.h"
+#include "mesh/mesh_piece.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/progress.h"
@@ -21,14 +22,14 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The objects that the threads of a pass share.
+/// The objects that the threads of a pass share while they work on a mesh or a piece of it.
 class FusedRun {
  public:
-  FusedRun(Store& store, const FusedPass& pass, int threads)
+  FusedRun(Store& store, const FusedPass& pass, const FusedMesh& mesh, OpenBlocks& blocks,
+           int threads)
       : pass_(pass),
-        delivery_(store, pass),
-        faces_(store.base().topology(), StoreAccess::edges(store),
-               FusedSchedule::run_faces(fused_levels(store, pass)), threads),
+        delivery_(store, pass, mesh, blocks),
+        faces_(mesh.mesh, mesh.edges, FusedSchedule::run_faces(fused_levels(store, pass)), threads),
         schedule_(faces_, threads) {}
 
   std::uint64_t face_count() const { return faces_.all().size(); }
@@ -120,15 +121,44 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
   for (const AttributeId id : pass.outputs)
     for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
       written.add(StoreAccess::level_file(store, id, level), Access::kOverwrite);
-  FusedRun run(store, pass, threads);
-  const auto report = [&] {
-    if (options.progress &&
-        !options.progress({pass.name, run.schedule().faces_done(), run.face_count()}))
-      throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
+  OpenBlocks blocks(store, pass.outputs, fused_levels(store, pass));
+  /// `done`: faces before these, of `of`; nothing: these are all.
+  const auto refine = [&](const FusedMesh& mesh, double share_done, double share) {
+    FusedRun run(store, pass, mesh, blocks, threads);
+    const std::uint64_t total = share < 1 ? store.base().face_count() : run.face_count();
+    const auto report = [&] {
+      const double of_run = static_cast<double>(run.schedule().faces_done()) /
+                            static_cast<double>(run.face_count());
+      const auto done =
+          share < 1 ? static_cast<std::uint64_t>((share_done + share * of_run) *
+                                                 static_cast<double>(total))
+                    : run.schedule().faces_done();
+      if (options.progress && !options.progress({pass.name, done, total}))
+        throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
+    };
+    run_workers(store.options().parallel_for, threads, fmt::format("fused '{}'", pass.name),
+                {[&](int worker, const auto& done) { run.work(worker, done); }, report,
+                 [&] { run.schedule().stop(); }});
   };
-  run_workers(store.options().parallel_for, threads, fmt::format("fused '{}'", pass.name),
-              {[&](int worker, const auto& done) { run.work(worker, done); }, report,
-               [&] { run.schedule().stop(); }});
+  if (StoreAccess::takes_pieces(store) && pass.begin_piece) {
+    const EdgeId edges = static_cast<EdgeId>(store.base().edge_count());
+    // From the last to the first, as faces are taken, so that blocks at cuts wait for one piece.
+    for (EdgeId after = edges; after > 0;) {
+      const MeshPiece piece =
+          take_last_piece(store.base(), after, pass.bytes_of_piece_vertex,
+                     HalfLayout::half_bytes(fused_record_bytes(store, pass),
+                                            fused_levels(store, pass)));
+      pass.begin_piece(piece);
+      const double all = edges;
+      refine({piece.topology(), {piece.edges_before, piece.edges_after()}, piece.first},
+             (edges - after) / all, (after - piece.first) / all);
+      pass.end_piece(piece);
+      after = piece.first;
+    }
+  } else {
+    const EdgeRange here = StoreAccess::edges(store);
+    refine({store.base().topology(), here, here.first}, 0, 1);
+  }
   written.finish();
 } catch (const std::bad_alloc&) {
   throw out_of_memory("fused " + pass.name);

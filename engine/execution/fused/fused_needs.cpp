@@ -31,11 +31,23 @@ EdgeId first_edge_after(const Topology& mesh, EdgeRange here, std::uint64_t face
          static_cast<EdgeId>(std::ranges::partition_point(edges, is_used_before) - edges.begin());
 }
 
+/// The same as below for any mesh: so many faces use three edges each first, at most.
+std::uint64_t most_frame_bytes(std::span<const LevelGeometry> geometries,
+                               std::uint64_t faces_under_way) {
+  std::uint64_t bytes = 0;
+  for (const LevelGeometry& geometry : geometries) {
+    const std::uint64_t slots = geometry.slot_count(0);
+    const std::uint64_t blocks =
+        std::min(geometry.block_count(), (3 * faces_under_way + slots - 2) / slots + 1);
+    bytes += blocks * FramePool::frame_bytes(geometry.max_block_bytes());
+  }
+  return bytes;
+}
+
 }  // namespace
 
 std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t> record_bytes,
                                 int finest_level, int threads) {
-  const Topology mesh = store.base().topology();
   const int levels = relative_to_base(finest_level, store.base_level()).refinements;
   const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
   const std::uint64_t faces_under_way = run_faces * FusedSchedule::runs_ahead(threads);
@@ -44,6 +56,8 @@ std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t>
   for (const std::size_t bytes : record_bytes)
     for (int level = store.base_level() + 1; level <= finest_level; ++level)
       geometries.push_back(StoreAccess::geometry(store, bytes, level));
+  if (StoreAccess::takes_pieces(store)) return most_frame_bytes(geometries, faces_under_way);
+  const Topology mesh = store.base().topology();
   std::uint64_t most = 0, after = mesh.faces.size();
   if (here.first == here.after) return 0;
   // No run that begins above the last face, or ends below the first one, has an edge of the range.
@@ -78,8 +92,11 @@ Needs fused_needs(const Store& store, const FusedPass& pass, int threads) {
 
 Needs fused_needs(const Store& store, std::span<const std::size_t> record_bytes, int finest_level,
                   int threads) {
-  const Topology mesh = store.base().topology();
   const int levels = relative_to_base(finest_level, store.base_level()).refinements;
+  if (StoreAccess::takes_pieces(store))  // a piece is chosen with the halves that wait at its cut
+    return {fused_frame_bytes(store, record_bytes, finest_level, threads),
+            HalfLayout::table_bytes(record_bytes, levels)};
+  const Topology mesh = store.base().topology();
   const std::size_t half_bytes = HalfLayout::half_bytes(record_bytes, levels);
   const std::uint64_t faces_under_way =
       FusedSchedule::run_faces(levels) * FusedSchedule::runs_ahead(threads);

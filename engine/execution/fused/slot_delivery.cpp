@@ -7,15 +7,15 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass)
+SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass, const FusedMesh& mesh,
+                           OpenBlocks& blocks)
     : level_count_(static_cast<std::size_t>(fused_levels(store, pass))),
-      mesh_(store.base().topology()),
-      edges_(StoreAccess::edges(store)),
+      mesh_(mesh),
       layout_(store, pass.outputs, fused_levels(store, pass), pass.lattice),
       pool_(layout_.bytes()),
-      blocks_(store, pass.outputs, fused_levels(store, pass)),
+      blocks_(blocks),
       streaming_(blocks_.stays_in_memory()),
-      waiting_(edges_.after - edges_.first) {}
+      waiting_(mesh.edge_count()) {}
 
 SlotDelivery::Scratch::Scratch(const SlotDelivery& delivery) {
   // One extra cache line, because otherwise all pieces would begin in the same sets of the cache.
@@ -52,17 +52,19 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const
     return sides[number / kPatchLanes][number % kPatchLanes];
   };
   for (std::size_t lane = 0; lane < faces.size(); ++lane) {
-    const int turn = first_corner(mesh_, faces[lane]);
-    for (int number = 0; number < 3; ++number) {
-      const FaceSide of_face(faces[lane], (number + turn) % 3);
-      const EdgeId edge =
-          mesh_.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
-      const auto row = static_cast<std::size_t>(number);
+    const Topology& mesh = mesh_.mesh;
+    const int turn = first_corner(mesh, faces[lane]);
+    for (int at_corner = 0; at_corner < 3; ++at_corner) {
+      const FaceSide of_face(faces[lane], (at_corner + turn) % 3);
+      const EdgeId number =
+          mesh.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
+      const EdgeId edge = mesh_.first_edge_here + (number - mesh_.edges.first);
+      const auto row = static_cast<std::size_t>(at_corner);
       Side& side = sides[row][lane];
       side = {edge,
-              mesh_.edges[edge].own == of_face,
-              mesh_.edges[edge].is_border(),
-              edge >= edges_.first && edge < edges_.after,
+              mesh.edges[number].own == of_face,
+              mesh.edges[number].is_border(),
+              number >= mesh_.edges.first && number < mesh_.edges.after,
               nullptr,
               {}};
       if (!side.is_here) continue;

@@ -23,12 +23,22 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+/// The mesh of a pass, or a piece of it.
+struct FusedMesh {
+  Topology mesh;
+  EdgeRange edges;         ///< whose slots are made, in numbers of `mesh`
+  EdgeId first_edge_here;  ///< edges.first, as the store numbers it
+
+  std::uint64_t edge_count() const { return edges.after - edges.first; }
+};
+
 /// Safe from several threads, if each has its own Scratch. The two faces of an edge meet in one
 /// atomic word (waiting_): the first one leaves its half there, the second one takes it and fills
 /// the slot. No lock is held while blocks are pinned.
 class SlotDelivery {
  public:
-  SlotDelivery(Store& store, const FusedPass& pass);
+  /// `blocks` outlives the object. Errors: kOutOfMemory.
+  SlotDelivery(Store& store, const FusedPass& pass, const FusedMesh& mesh, OpenBlocks& blocks);
 
   /// Memory for the pieces of a group's halves.
   class Scratch {
@@ -62,7 +72,7 @@ class SlotDelivery {
 
  private:
   struct Side {
-    EdgeId edge;
+    EdgeId edge;  ///< as the store numbers it; undefined unless is_here
     bool own, border;
     bool is_here = true;  ///< the store has the edge's slots
     Side* mate;  ///< the other side of the same edge if it is in the same group, else nullptr
@@ -104,15 +114,16 @@ class SlotDelivery {
   static std::span<const EdgeId> edges_of(std::span<const Complete> edges, EdgesOfGroup& ids);
 
   std::size_t level_count_;
-  const Topology mesh_;
-  const EdgeRange edges_;  ///< that the store has the slots of
+  const FusedMesh mesh_;
   const HalfLayout layout_;
   HalfPool pool_;
-  OpenBlocks blocks_;
+  OpenBlocks& blocks_;
   const bool streaming_;
-  std::atomic<std::byte*>& waiting_at(EdgeId edge) { return waiting_[edge - edges_.first]; }
+  std::atomic<std::byte*>& waiting_at(EdgeId edge) {
+    return waiting_[edge - mesh_.first_edge_here];
+  }
 
-  /// [edge of edges_] the half that waits for the other half, or nullptr
+  /// [edge of mesh_.edges] the half that waits for the other half, or nullptr
   std::vector<std::atomic<std::byte*>> waiting_;
   std::atomic<bool> failed_ = false;
   std::mutex mutex_;  ///< for the following

@@ -128,7 +128,11 @@ struct SubdivisionPlan {
   std::vector<SubdivisionRefusal> refusals;  ///< run() throws the first one, as an Error
   std::vector<std::string> warnings;         ///< such as those of read_base_mesh
 
+  /// `budget_bytes` is the request's, less piece_bytes.
   StoreOptions store;
+  /// Not 0: the base mesh is one in files (`plait layout`) that is larger than the budget, so that
+  /// this part of the budget is for a piece of it at a time.
+  std::uint64_t piece_bytes = 0;
   int base_level = 0;  ///< of the store: run() refines the mesh so often in memory
   std::string backend_reason;
   SubdivideOptions subdivide;  ///< without callbacks; the executor is the chosen one
@@ -183,7 +187,8 @@ class SubdivisionJob {
  public:
   /// Plans the run. The constructor reads the mesh, opens and locks the store of an earlier run,
   /// and compares the size of the run with the memory and disk space of the machine. It makes no
-  /// file, so the program may end at any moment before run(). `backends` must outlive the job.
+  /// file that stays, so the program may end at any moment before run(): the precision of a base
+  /// mesh that is taken in pieces is found by sorts in files without names. `backends` must outlive the job.
   /// Errors, in addition to plan().refusals: those of read_base_mesh, Store::open and
   /// backends.find; kNotSupported if a backend cannot be used here.
   SubdivisionJob(SubdivisionRequest request, const BackendRegistry& backends);

@@ -114,6 +114,9 @@ class MeshPages {
                                    const std::string& what) const = 0;
   /// Of what was read until now.
   virtual std::uint64_t memory_bytes() const noexcept = 0;
+  /// Gives back the memory of the pages of these entries. They are read, and checked, again when
+  /// they are needed. REQUIRES: nobody uses entries of the array.
+  virtual void forget(MeshArray array, std::uint64_t first, std::uint64_t after) const = 0;
   virtual StoredBase stored() const noexcept { return {}; }
 };
 
@@ -186,6 +189,15 @@ class BaseMesh {
   /// nullptr but for the result of around().
   const MeshRegion* region() const noexcept { return region_.get(); }
 
+  /// The same mesh for works that can take it in pieces (mesh/mesh_piece.h): they then read a piece
+  /// at a time, and have about so many bytes of the mesh in memory. All functions work as before.
+  /// Does nothing for a mesh that is in memory.
+  BaseMesh in_pieces(std::uint64_t bytes) const;
+  /// 0: works take the mesh as a whole.
+  std::uint64_t piece_bytes() const noexcept { return piece_bytes_; }
+  /// nullptr for a mesh in memory.
+  const MeshPages* pages() const noexcept { return pages_.get(); }
+
   /// What a new store of this mesh may copy instead of writing it.
   StoredBase stored_base() const noexcept {
     return pages_ && !maps_owner_ ? pages_->stored() : StoredBase();
@@ -251,6 +263,7 @@ class BaseMesh {
   std::shared_ptr<const SlotShapes> slot_shapes_;  ///< nullptr: of no edge
   std::shared_ptr<const FaceDepths> depths_;       ///< nullptr: all faces have all levels
   std::shared_ptr<const MeshRegion> region_;       ///< nullptr: the whole mesh
+  std::uint64_t piece_bytes_ = 0;
 };
 
 /// Vertices, edges and faces at a level of refinement. One refinement gives V' = V + E, E' = 2E +

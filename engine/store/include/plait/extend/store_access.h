@@ -105,6 +105,16 @@ class StoreAccess {
     const std::span<std::byte> bytes = base_bytes(store, attribute, Access::kUpdate);
     return {reinterpret_cast<Record*>(bytes.data()), bytes.size() / sizeof(Record)};
   }
+  /// The checks of base_bytes() alone, before the calls of put_base_records() by a work or a pass.
+  static void begin_base_change(Store& store, AttributeId attribute, Access access);
+  /// Writes records of base vertices that ascend, one after another, and reads bytes of all records
+  /// from `first` on. Of a store whose base mesh is taken in pieces, these take memory for such
+  /// records alone; base_bytes() reads all. Errors: kIo, kNoSpace.
+  static void put_base_records(Store& store, AttributeId attribute,
+                               std::span<const VertexId> vertices,
+                               std::span<const std::byte> records);
+  static void read_base_records(const Store& store, AttributeId attribute, std::uint64_t first,
+                                std::span<std::byte> into);
   /// A program writes to base records when it likes, also after a commit: each commit compares
   /// them.
   static void lend_base_records(Store& store, AttributeId attribute);
@@ -150,6 +160,8 @@ class StoreAccess {
   /// one until then.
   static std::string final_name(const Store& store, AttributeId attribute);
 
+  /// Whether passes may take the base mesh in pieces (BaseMesh::in_pieces()).
+  static bool takes_pieces(const Store& store);
   /// The edges whose slots a pass makes: all, but in the store of one part.
   static EdgeRange edges(const Store& store);
   /// The base vertices whose records a pass makes, ascending; nothing for all, as in every store
