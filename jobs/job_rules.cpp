@@ -104,9 +104,10 @@ std::optional<std::string> disk_for_sorts(std::string_view what, const std::file
                             "free",
                             what, format_bytes(needed_bytes), out.native(), format_bytes(free)));
   if (needed_bytes <= kMuch) return {};
-  return fmt::format("until the end, files beside {} take up to about {} of the {} of disk that are "
-                     "free",
-                     out.native(), format_bytes(needed_bytes), format_bytes(free));
+  return fmt::format(
+      "until the end, files beside {} take up to about {} of the {} of disk that are "
+      "free",
+      out.native(), format_bytes(needed_bytes), format_bytes(free));
 }
 
 void warn_of_fewer_threads(std::string_view what, int taken, int asked, std::uint64_t budget_bytes,

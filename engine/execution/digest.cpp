@@ -44,7 +44,7 @@ std::optional<Passes> all_together(const Store& store, const Passes& by_levels) 
 }
 
 /// Edges, or vertices, that are in memory at once where the base mesh is taken in pieces.
-constexpr std::uint64_t kRun = 1 << 15;
+constexpr std::uint64_t kNumbersAtOnce = 1 << 15;
 
 /// Of a store whose base mesh is taken in pieces.
 Digest digest_of_base_in_runs(const Store& store) {
@@ -54,8 +54,8 @@ Digest digest_of_base_in_runs(const Store& store) {
     const AttributeSchema& schema = store.attributes()[id].schema;
     const std::size_t record_bytes = schema.record_bytes();
     const std::uint64_t count = store.base().vertex_count();
-    for (std::uint64_t first = 0; first < count; first += kRun) {
-      records.resize(std::min(kRun, count - first) * record_bytes);
+    for (std::uint64_t first = 0; first < count; first += kNumbersAtOnce) {
+      records.resize(std::min(kNumbersAtOnce, count - first) * record_bytes);
       StoreAccess::read_base_records(store, id, first * record_bytes, records);
       for (std::size_t at = 0; at * record_bytes < records.size(); ++at) {
         const auto vertex = static_cast<VertexId>(first + at);
@@ -84,8 +84,8 @@ Digest digest_of_levels_in_runs(const Store& store, int wanted_level,
   each_level([&](AttributeId, int) { total += edges.size(); });
   each_level([&](AttributeId id, int level) {
     LevelCursor cursor(StoreAccess::open_session(store), StoreAccess::level_file(store, id, level));
-    for (std::uint64_t first = 0; first < edges.size(); first += kRun) {
-      const std::uint64_t after = std::min<std::uint64_t>(first + kRun, edges.size());
+    for (std::uint64_t first = 0; first < edges.size(); first += kNumbersAtOnce) {
+      const std::uint64_t after = std::min<std::uint64_t>(first + kNumbersAtOnce, edges.size());
       pages.need_range(MeshArray::kEdges, first, after);
       for (auto edge = static_cast<EdgeId>(first); edge < after; ++edge)
         hasher.add(edges[edge].start, edges[edge].end, level, store.attributes()[id].schema.name,

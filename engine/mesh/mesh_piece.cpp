@@ -17,12 +17,12 @@ constexpr std::uint64_t kBytesOfFace = 260;
 /// Of a face that is only around others, so that a vertex of many faces is refused in time.
 constexpr std::uint64_t kLeastBytesOfFace = 90;
 /// Vertices whose positions are in memory at once while they are copied.
-constexpr VertexId kRun = 1 << 15;
+constexpr VertexId kVerticesAtOnce = 1 << 15;
 
 /// The places of numbers in a list of different ones.
-class Places {
+class NumberPlaces {
  public:
-  explicit Places(std::span<const std::uint32_t> numbers)
+  explicit NumberPlaces(std::span<const std::uint32_t> numbers)
       : shift_(32 - std::max(1, static_cast<int>(std::bit_width(2 * numbers.size())))),
         table_(std::size_t{1} << (32 - shift_)),
         numbers_(numbers) {
@@ -105,7 +105,7 @@ class PieceReader {
     for (auto edge = others.begin(); edge != behind; ++edge) add_edge(*edge);
     for (EdgeId edge = first; edge < after; ++edge) add_edge(edge);
     for (auto edge = behind; edge != others.end(); ++edge) add_edge(*edge);
-    const Places places(others);
+    const NumberPlaces places(others);
     piece_.faces.reserve(faces_.size());
     piece_.face_edges.reserve(faces_.size());
     for (const FaceId face : faces_) {
@@ -136,7 +136,7 @@ class PieceReader {
   const Topology& mesh_;
   MeshRegion region_;
   std::vector<FaceId> faces_;  ///< [face of the piece]
-  Places face_places_, vertex_places_;
+  NumberPlaces face_places_, vertex_places_;
   MeshPiece piece_;
 };
 
@@ -156,7 +156,7 @@ void read_positions(const BaseMesh& mesh, MeshPiece& piece) {
   piece.positions.reserve(vertices.size());
   for (std::size_t at = 0; at < vertices.size();) {
     std::size_t end = at;
-    while (end < vertices.size() && vertices[end] - vertices[at] < kRun) ++end;
+    while (end < vertices.size() && vertices[end] - vertices[at] < kVerticesAtOnce) ++end;
     const std::span<const VertexId> run = vertices.subspan(at, end - at);
     pages.need_elements(MeshArray::kPositions, run);
     for (const VertexId vertex : run) piece.positions.push_back(mesh.arrays().positions[vertex]);
@@ -169,11 +169,11 @@ void read_positions(const BaseMesh& mesh, MeshPiece& piece) {
 EdgeId edges_of_piece(std::uint64_t bytes, std::uint64_t bytes_of_vertex,
                       std::uint64_t bytes_of_half) {
   const std::uint64_t bytes_of_two_faces = 2 * kBytesOfFace + bytes_of_vertex;
-  const double root =
-      static_cast<double>(bytes) / 12 / static_cast<double>(std::max<std::uint64_t>(1, bytes_of_half));
+  const double root = static_cast<double>(bytes) / 12 /
+                      static_cast<double>(std::max<std::uint64_t>(1, bytes_of_half));
   const auto at_cut = static_cast<std::uint64_t>(std::min(root * root, 4e9));
-  return static_cast<EdgeId>(
-      std::clamp<std::uint64_t>(std::min(3 * (bytes / 2 / bytes_of_two_faces), at_cut), 1, kNoId - 1));
+  return static_cast<EdgeId>(std::clamp<std::uint64_t>(
+      std::min(3 * (bytes / 2 / bytes_of_two_faces), at_cut), 1, kNoId - 1));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// A piece of a base mesh that is larger than memory: what the slots of a range of edges follow from,
-// in arrays of its own, with numbers of its own. The numbers ascend as those of the mesh do, so every
-// rule that looks at the order of numbers decides as it does in the mesh.
+// A piece of a base mesh that is larger than memory: what the slots of a range of edges follow
+// from, in arrays of its own, with numbers of its own. The numbers ascend as those of the mesh do,
+// so every rule that looks at the order of numbers decides as it does in the mesh.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct MeshPiece {
   EdgeId first = 0, after = 0;  ///< the range, in numbers of the mesh
-  /// The number in the piece of the edge `first`. Those of the others follow. Before and behind them
-  /// come edges of their faces, and of the faces around the vertices of these.
+  /// The number in the piece of the edge `first`. Those of the others follow. Before and behind
+  /// them come edges of their faces, and of the faces around the vertices of these.
   EdgeId edges_before = 0;
   std::vector<VertexId> vertices;          ///< [vertex of the piece] its number in the mesh
   std::vector<Vector3<double>> positions;  ///< [vertex of the piece]

@@ -50,15 +50,14 @@ void fill_base(Store& store) {
     StoreAccess::begin_base_change(store, position, Access::kUpdate);
     std::vector<VertexId> vertices;
     std::vector<Vector3<Real>> records;
-    return each_run(
-        store.base(), [&](std::uint64_t first, std::span<const Vector3<double>> positions) {
-          vertices.resize(positions.size());
-          std::iota(vertices.begin(), vertices.end(), static_cast<VertexId>(first));
-          records.resize(positions.size());
-          std::ranges::transform(positions, records.begin(), record_of<Real>);
-          StoreAccess::put_base_records(store, position, vertices,
-                                        std::as_bytes(std::span(records)));
-        });
+    return each_run(store.base(), [&](std::uint64_t first,
+                                      std::span<const Vector3<double>> positions) {
+      vertices.resize(positions.size());
+      std::iota(vertices.begin(), vertices.end(), static_cast<VertexId>(first));
+      records.resize(positions.size());
+      std::ranges::transform(positions, records.begin(), record_of<Real>);
+      StoreAccess::put_base_records(store, position, vertices, std::as_bytes(std::span(records)));
+    });
   }
   const std::span<Vector3<Real>> records =
       StoreAccess::base_records<Vector3<Real>>(store, position);

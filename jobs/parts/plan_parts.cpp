@@ -104,9 +104,8 @@ std::optional<BaseInRanges> base_in_ranges(const PartsRequest& request,
                   fmt::format("each part of scheme {} reads all of it", to_string(request.scheme)));
   const std::filesystem::path plan = OutputName(request.plan).path;
   const BaseCounts counts = BaseInRanges::counts(request.mesh);
-  const std::uint64_t disk =
-      std::max(BaseInRanges::disk_of_narrowing(counts, request.memory_bytes),
-               BaseInRanges::disk_of_edges(counts, request.memory_bytes));
+  const std::uint64_t disk = std::max(BaseInRanges::disk_of_narrowing(counts, request.memory_bytes),
+                                      BaseInRanges::disk_of_edges(counts, request.memory_bytes));
   if (const auto line =
           disk_for_sorts(fmt::format("plan parts of {}", request.mesh.native()), plan, disk))
     warnings.push_back(*line);

@@ -35,12 +35,13 @@ std::string reason_of(const SubdivisionRequest& request, const SubdivisionPlan& 
 
 void refuse_it(const SubdivisionRequest& request, const std::string& why, SubdivisionPlan& plan) {
   const auto& mesh = std::get<std::filesystem::path>(request.mesh);
-  refuse(plan, "memory", ErrorCode::kBudget,
-         fmt::format("subdivide: {} needs {} of memory as a whole, found a budget of {}, with which "
-                     "it is taken in pieces: {}: give more than {}",
-                     mesh.native(), format_bytes(BaseInRanges::whole_bytes(mesh)),
-                     format_bytes(request.budget_bytes), why,
-                     format_bytes(BaseInRanges::whole_bytes(mesh))));
+  refuse(
+      plan, "memory", ErrorCode::kBudget,
+      fmt::format("subdivide: {} needs {} of memory as a whole, found a budget of {}, with which "
+                  "it is taken in pieces: {}: give more than {}",
+                  mesh.native(), format_bytes(BaseInRanges::whole_bytes(mesh)),
+                  format_bytes(request.budget_bytes), why,
+                  format_bytes(BaseInRanges::whole_bytes(mesh))));
 }
 
 }  // namespace

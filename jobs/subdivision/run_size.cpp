@@ -72,10 +72,9 @@ SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionRequest& req
   if (request.max_errors.of("normal"))
     size.rounded_bytes = sum(size.rounded_bytes, product(born(first, levels), normals));
   size.longest_file_bytes = product(born(levels, levels), position_bytes);
-  size.base_mesh_bytes =
-      plan.piece_bytes != 0
-          ? plan.piece_bytes
-          : product(counts_at_level(input, base_level).faces, kBaseMeshBytesPerFace);
+  size.base_mesh_bytes = plan.piece_bytes != 0 ? plan.piece_bytes
+                                               : product(counts_at_level(input, base_level).faces,
+                                                         kBaseMeshBytesPerFace);
   if (!plan.keeps_store) return size;
 
   size.disk_bytes = product(born(done + 1, levels), position_bytes);

@@ -138,7 +138,10 @@ JobReport run_subdivide(SubdivideArguments& arguments, const JobCall& call) {
   try {
     const SubdivisionResult result = job.run(call.watch);
     JobReport report = report_of(mesh, result);
-    report["made_blocks"] = made_blocks_json(result.store, call.backends);
+    // Who opens the store has all base records in memory. Pieces have no blocks that are made.
+    report["made_blocks"] = result.plan.piece_bytes != 0
+                                ? JobReport::array()
+                                : made_blocks_json(result.store, call.backends);
     return report;
   } catch (const JobError&) {
     throw;
@@ -209,9 +212,10 @@ void add_storage_options(JobTable<SubdivideArguments>& table) {
 }
 
 void add_run_options(JobTable<SubdivideArguments>& table) {
-  table.bytes("memory", &SubdivideArguments::budget_bytes,
-              "Budget for blocks in memory; half of it for pieces of a mesh of plait layout that is "
-              "larger");
+  table.bytes(
+      "memory", &SubdivideArguments::budget_bytes,
+      "Budget for blocks in memory; half of it for pieces of a mesh of plait layout that is "
+      "larger");
   table.threads(&SubdivideArguments::threads, "Threads that compute");
   table
       .named(

@@ -113,11 +113,10 @@ class PieceWork {
   std::vector<Vector3<float>> normals_;
 };
 
-/// The records of base vertices that the patches read are those of the mesh, so the results may take
-/// their place at once.
+/// The records of base vertices that the patches read are those of the mesh, so the results may
+/// take their place at once.
 template <class Rule>
-void run_in_pieces(SubdivisionRun<typename Rule::Real>& run, const Rule& rule,
-                   AttributeId normal) {
+void run_in_pieces(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, AttributeId normal) {
   PieceWork<Rule> work(run.store, rule, run.options, run.position, normal);
   FusedPass pass = fused_pass(run.store, run.options, Rule::kRingCount, run.position, normal);
   pass.bytes_of_piece_vertex = work.bytes_of_vertex();
@@ -184,11 +183,10 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   constexpr bool keeps_level_1 = Rule::kRingCount == 2;
   const std::uint64_t level_1 = keeps_level_1 ? edges * sizeof(Vector3<Real>) : 0,
                       for_level_1 = keeps_level_1 ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;
-  const std::uint64_t pass_bytes =
-      vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) +
-      (here.after - here.first) * sizeof(void*) +
-      of_executor() + BaseRings<Rule>::hub_bytes(store.base(), levels) + scratch +
-      sizeof(std::uint32_t) * vertices;
+  const std::uint64_t pass_bytes = vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) +
+                                   (here.after - here.first) * sizeof(void*) + of_executor() +
+                                   BaseRings<Rule>::hub_bytes(store.base(), levels) + scratch +
+                                   sizeof(std::uint32_t) * vertices;
   return level_1 + std::max(for_level_1, pass_bytes);
 }
 

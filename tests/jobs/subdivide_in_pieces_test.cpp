@@ -1,5 +1,5 @@
-// A subdivision whose base mesh is larger than its budget takes it in pieces, and gives the store of
-// the whole mesh.
+// A subdivision whose base mesh is larger than its budget takes it in pieces, and gives the store
+// of the whole mesh.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -118,44 +118,59 @@ TEST_CASE("A subdivision in pieces gives the store of the whole mesh") {
   const std::filesystem::path path = files.path() / "m.base";
   laid_out_at(path, mesh_for_pieces());
   REQUIRE(BaseInRanges::whole_bytes(path) > kBudgetOfTwoLevels);
-  SubdivisionRequest request = request_in_pieces(path, files.path() / "pieces.plait");
-  SECTION("one level") {}
-  SECTION("no digest, another backend") { request.backend = "mmap"; }
+  const auto check_same = [&](const std::function<void(SubdivisionRequest&)>& change) {
+    SubdivisionRequest request = request_in_pieces(path, files.path() / "pieces.plait");
+    change(request);
+    SubdivisionRequest whole = request;
+    whole.store = files.path() / "whole.plait";
+    whole.budget_bytes = 64 << 20;
+    const SubdivisionResult of_pieces = run_request(request), of_whole = run_request(whole);
+    CHECK(of_pieces.plan.piece_bytes == request.budget_bytes / 2);
+    CHECK(of_whole.plan.piece_bytes == 0);
+    CHECK(of_pieces.plan.warnings == of_whole.plan.warnings);
+    CHECK(of_pieces.plan.seam_vertices == of_whole.plan.seam_vertices);
+    CHECK(of_pieces.digest == of_whole.digest);
+    CHECK(digest_at(request.store) == of_whole.digest);
+    CHECK(of_pieces.stored_bytes == of_whole.stored_bytes);
+    CHECK(Directory(request.store).names() == Directory(whole.store).names());
+    CHECK(Directory(files.path()).names() ==
+          std::vector<std::string>{"m.base", "pieces.plait", "whole.plait"});
+  };
+  SECTION("one level") {
+    check_same([](SubdivisionRequest&) {});
+  }
+  SECTION("another backend") {
+    check_same([](SubdivisionRequest& request) { request.backend = "mmap"; });
+  }
   SECTION("normals and limit positions") {
-    request.levels = 2;
-    request.budget_bytes = kBudgetOfTwoLevels;
-    request.normals = request.limit = true;
+    check_same([](SubdivisionRequest& request) {
+      request.levels = 2;
+      request.budget_bytes = kBudgetOfTwoLevels;
+      request.normals = request.limit = true;
+    });
   }
   SECTION("two threads, in double") {
-    request.levels = 2;
-    request.budget_bytes = kBudgetOfTwoLevels;
-    request.threads = 2;
-    request.normals = true;
-    request.precision = ComponentType::kFloat64;
+    check_same([](SubdivisionRequest& request) {
+      request.levels = 2;
+      request.budget_bytes = kBudgetOfTwoLevels;
+      request.threads = 2;
+      request.normals = true;
+      request.precision = ComponentType::kFloat64;
+    });
   }
   SECTION("another scheme") {
-    request.levels = 2;
-    request.budget_bytes = kBudgetOfTwoLevels;
-    request.scheme = scheme_from_name("midpoint");
+    check_same([](SubdivisionRequest& request) {
+      request.levels = 2;
+      request.budget_bytes = kBudgetOfTwoLevels;
+      request.scheme = scheme_from_name("midpoint");
+    });
   }
-  SECTION("without an index, and with one piece") {
-    request.no_index = true;
-    request.budget_bytes = BaseInRanges::whole_bytes(path) - 1;
+  SECTION("without an index, and with few pieces") {
+    check_same([&](SubdivisionRequest& request) {
+      request.no_index = true;
+      request.budget_bytes = BaseInRanges::whole_bytes(path) - 1;
+    });
   }
-  SubdivisionRequest whole = request;
-  whole.store = files.path() / "whole.plait";
-  whole.budget_bytes = 64 << 20;
-  const SubdivisionResult of_pieces = run_request(request), of_whole = run_request(whole);
-  CHECK(of_pieces.plan.piece_bytes == request.budget_bytes / 2);
-  CHECK(of_whole.plan.piece_bytes == 0);
-  CHECK(of_pieces.plan.warnings == of_whole.plan.warnings);
-  CHECK(of_pieces.plan.seam_vertices == of_whole.plan.seam_vertices);
-  CHECK(of_pieces.digest == of_whole.digest);
-  CHECK(digest_at(request.store) == of_whole.digest);
-  CHECK(of_pieces.stored_bytes == of_whole.stored_bytes);
-  CHECK(Directory(request.store).names() == Directory(whole.store).names());
-  CHECK(Directory(files.path()).names() ==
-        std::vector<std::string>{"m.base", "pieces.plait", "whole.plait"});
 }
 
 TEST_CASE("What a subdivision in pieces cannot do is refused, and nothing is left") {

@@ -122,32 +122,31 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
     for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
       written.add(StoreAccess::level_file(store, id, level), Access::kOverwrite);
   OpenBlocks blocks(store, pass.outputs, fused_levels(store, pass));
-  /// `done`: faces before these, of `of`; nothing: these are all.
-  const auto refine = [&](const FusedMesh& mesh, double share_done, double share) {
+  // `done` and `share` are parts of all faces: those before these ones, and these ones.
+  const auto refine = [&](const FusedMesh& mesh, double done, double share) {
     FusedRun run(store, pass, mesh, blocks, threads);
     const std::uint64_t total = share < 1 ? store.base().face_count() : run.face_count();
     const auto report = [&] {
-      const double of_run = static_cast<double>(run.schedule().faces_done()) /
-                            static_cast<double>(run.face_count());
-      const auto done =
-          share < 1 ? static_cast<std::uint64_t>((share_done + share * of_run) *
-                                                 static_cast<double>(total))
-                    : run.schedule().faces_done();
-      if (options.progress && !options.progress({pass.name, done, total}))
+      std::uint64_t faces = run.schedule().faces_done();
+      if (share < 1)  // ghosts at the cuts are no faces of their own
+        faces = static_cast<std::uint64_t>(
+            (done + share * static_cast<double>(faces) / static_cast<double>(run.face_count())) *
+            static_cast<double>(total));
+      if (options.progress && !options.progress({pass.name, faces, total}))
         throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
     };
     run_workers(store.options().parallel_for, threads, fmt::format("fused '{}'", pass.name),
-                {[&](int worker, const auto& done) { run.work(worker, done); }, report,
+                {[&](int worker, const auto& ended) { run.work(worker, ended); }, report,
                  [&] { run.schedule().stop(); }});
   };
   if (StoreAccess::takes_pieces(store) && pass.begin_piece) {
-    const EdgeId edges = static_cast<EdgeId>(store.base().edge_count());
+    const std::size_t half_bytes =
+        HalfLayout::half_bytes(fused_record_bytes(store, pass), fused_levels(store, pass));
+    const auto edges = static_cast<EdgeId>(store.base().edge_count());
     // From the last to the first, as faces are taken, so that blocks at cuts wait for one piece.
     for (EdgeId after = edges; after > 0;) {
       const MeshPiece piece =
-          take_last_piece(store.base(), after, pass.bytes_of_piece_vertex,
-                     HalfLayout::half_bytes(fused_record_bytes(store, pass),
-                                            fused_levels(store, pass)));
+          take_last_piece(store.base(), after, pass.bytes_of_piece_vertex, half_bytes);
       pass.begin_piece(piece);
       const double all = edges;
       refine({piece.topology(), {piece.edges_before, piece.edges_after()}, piece.first},

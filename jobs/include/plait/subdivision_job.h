@@ -188,8 +188,8 @@ class SubdivisionJob {
   /// Plans the run. The constructor reads the mesh, opens and locks the store of an earlier run,
   /// and compares the size of the run with the memory and disk space of the machine. It makes no
   /// file that stays, so the program may end at any moment before run(): the precision of a base
-  /// mesh that is taken in pieces is found by sorts in files without names. `backends` must outlive the job.
-  /// Errors, in addition to plan().refusals: those of read_base_mesh, Store::open and
+  /// mesh that is taken in pieces is found by sorts in files without names. `backends` must outlive
+  /// the job. Errors, in addition to plan().refusals: those of read_base_mesh, Store::open and
   /// backends.find; kNotSupported if a backend cannot be used here.
   SubdivisionJob(SubdivisionRequest request, const BackendRegistry& backends);
   SubdivisionJob(SubdivisionJob&&) noexcept;

@@ -85,10 +85,10 @@ struct FusedPass {
   int finest_level = 1;
   PatchLattice lattice = {};  ///< of the finest level
   std::function<std::unique_ptr<PatchRefiner>()> make_refiner = {};
-  /// For a store whose base mesh can be taken in pieces (BaseMesh::in_pieces()). If `begin_piece` is
-  /// given, the pass takes one after another, and calls it before it makes refiners for the piece,
-  /// whose faces then have the numbers of the piece; and `end_piece` when all its slots are made. A
-  /// face at a cut is refined for more than one piece.
+  /// For a store whose base mesh can be taken in pieces (BaseMesh::in_pieces()). If `begin_piece`
+  /// is given, the pass takes one after another, and calls it before it makes refiners for the
+  /// piece, whose faces then have the numbers of the piece; and `end_piece` when all its slots are
+  /// made. A face at a cut is refined for more than one piece.
   std::function<void(const MeshPiece&)> begin_piece = {}, end_piece = {};
   std::uint64_t bytes_of_piece_vertex = 0;  ///< what they have in memory for each vertex of a piece
 };
