@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "format/file_names.h"
+#include "job_rules.h"
 #include "laid_out_base.h"
 #include "mesh/weld.h"
 #include "plait/extend/parts.h"
@@ -205,6 +206,33 @@ TEST_CASE("What a plan by ranges cannot do is refused, and damage is found") {
   index.write("damage", 6);
   index.close();
   check_refused(request, ErrorCode::kCorruption, "checksum of the page");
+}
+
+TEST_CASE("The disk for sorts is said or refused before the work") {
+  const TemporaryDirectory files(Medium::kMemory);
+  const std::filesystem::path out = files.path() / "m.plan";
+  CHECK_FALSE(disk_for_sorts("plan", out, kMegabyte));
+  const Error error = error_of([&] { (void)disk_for_sorts("plan m", out, 1ull << 60); });
+  CHECK(error.code() == ErrorCode::kNoSpace);
+  CHECK_THAT(error.what(), Catch::Matchers::Contains("plan m: until the end about"));
+  // Of a mesh that the machine cannot have, so that sorts take more than any disk.
+  const BaseCounts large{1ull << 50, 3ull << 50, 2ull << 50, 0};
+  CHECK(code_of([&] {
+          (void)disk_for_sorts("plan", out, BaseInRanges::disk_of_narrowing(large, kMegabyte));
+        }) == ErrorCode::kNoSpace);
+  CHECK(BaseInRanges::disk_of_narrowing({1000, 3000, 2000, 0}, kMegabyte) == 0);
+  CHECK(BaseInRanges::disk_of_edges({1000, 3000, 2000, 0}, kMegabyte) == 3000 * 8);
+  // A sort is in files exactly if it is said to be.
+  const Directory directory(files.path());
+  for (const std::uint64_t records : {100u, 128u, 129u, 1000u}) {
+    const SortMemory memory{512, 128};
+    ExternalSort<std::uint32_t> sort(directory, memory);
+    for (std::uint32_t number = 0; number < records; ++number) sort.push(number);
+    sort.sort();
+    const std::uint64_t disk = disk_of_sort(records, sizeof(std::uint32_t), memory);
+    CHECK((sort.merged_runs() > 0) == (disk > 0));
+    if (sort.merged_runs() > 4) CHECK(disk == 2 * 4 * records);  // merged twice
+  }
 }
 
 TEST_CASE("The option memory of a plan is for meshes that plait layout made") {
