@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/zeroed_array.h"
@@ -49,6 +50,8 @@ class BaseRecords {
 
  private:
   struct InFile {
+    InFile(File records, std::uint64_t size) : file(std::move(records)), bytes(size) {}
+
     File file;
     std::uint64_t bytes;
     std::atomic<bool> is_loaded = false;
