@@ -19,8 +19,11 @@ std::unique_ptr<Backend> open_memory_backend(const LevelSpec& level);
 // A level as a file of raw bytes, with explicit reads and writes.
 // When the pager recycles frames first-in first-out, this is the circular buffer of Guskov's paper.
 
-constexpr BackendTraits kPreadTraits{
-    .durable = true, .overwrites_in_place = true, .moves_runs = true, .in_page_cache = true};
+constexpr BackendTraits kPreadTraits{.durable = true,
+                                     .overwrites_in_place = true,
+                                     .moves_runs = true,
+                                     .in_page_cache = true,
+                                     .shares_files = true};
 
 /// The space of a new file is allocated when the file is created. Errors: as open_fixed_file.
 std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
@@ -36,7 +39,8 @@ constexpr BackendTraits kMmapTraits{.durable = true,
                                     .maps_for_reading = true,
                                     .overwrites_in_place = true,
                                     .moves_runs = true,
-                                    .in_page_cache = true};
+                                    .in_page_cache = true,
+                                    .shares_files = true};
 
 /// Where the file system maps no files, pread stands in, and the volume says so. Errors of levels:
 /// as open_fixed_file; kIo if the file cannot be mapped for another reason.
@@ -46,7 +50,8 @@ std::unique_ptr<Volume> open_mmap_volume(const VolumeSpec& volume);
 // extent as long as the result. A level file consists of such extents, in the order in which they
 // were written. The block table has their places. The levels of a store share coders.
 
-constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
+constexpr BackendTraits kCompressedTraits{
+    .durable = true, .compressed = true, .shares_files = true};
 
 /// Errors of a level: as ExtentAllocator and PipelineRegistry::open(); kCorruption for a table
 /// entry that its block cannot have; kInvalidArgument if a block is larger than LZ4_MAX_INPUT_SIZE.
@@ -60,7 +65,7 @@ PLAIT_BEGIN_NAMESPACE
 // past the page cache (O_DIRECT). The file is the same as with pread and mmap, byte for byte.
 
 constexpr BackendTraits kUringTraits{
-    .durable = true, .overwrites_in_place = true, .moves_runs = true};
+    .durable = true, .overwrites_in_place = true, .moves_runs = true, .shares_files = true};
 
 /// All levels share one ring, and the page buffers for blocks whose memory is not aligned for
 /// O_DIRECT. A new file is preallocated.

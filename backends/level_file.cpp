@@ -17,16 +17,17 @@ void check_fixed_entries(const LevelSpec& level) {
   const LevelGeometry& geometry = level.geometry;
   for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
     const BlockEntry& entry = level.table[block];
+    const std::uint64_t offset = level.first_byte + geometry.block_offset(block);
     if (entry.encoding == BlockEncoding::kNeverWritten || entry.file != kLevelFile) continue;
-    if (entry.encoding == BlockEncoding::kRaw && entry.offset == geometry.block_offset(block) &&
+    if (entry.encoding == BlockEncoding::kRaw && entry.offset == offset &&
         entry.stored_bytes == geometry.block_bytes(block))
       continue;
-    throw Error(ErrorCode::kCorruption,
-                fmt::format("open {}: block {}: expected {} raw bytes at byte {}, found {} bytes "
-                            "of encoding {} at byte {}",
-                            level.path().native(), block, geometry.block_bytes(block),
-                            geometry.block_offset(block), entry.stored_bytes,
-                            static_cast<std::uint32_t>(entry.encoding), entry.offset));
+    throw Error(
+        ErrorCode::kCorruption,
+        fmt::format("open {}: block {}: expected {} raw bytes at byte {}, found {} bytes "
+                    "of encoding {} at byte {}",
+                    level.path().native(), block, geometry.block_bytes(block), offset,
+                    entry.stored_bytes, static_cast<std::uint32_t>(entry.encoding), entry.offset));
   }
 }
 
@@ -39,13 +40,16 @@ std::uint64_t fixed_file_bytes(const LevelGeometry& geometry) {
 File open_fixed_file(const LevelSpec& level) {
   // The block table counts a block's stored bytes in 32 bits.
   check_level(level, std::numeric_limits<std::uint32_t>::max());
-  const std::uint64_t bytes = fixed_file_bytes(level.geometry);
+  const std::uint64_t bytes = level.first_byte + fixed_file_bytes(level.geometry);
   if (level.mode != OpenMode::kCreate) check_fixed_entries(level);
-  File file(level.directory, level.name, level.mode);
+  const bool is_added = level.mode == OpenMode::kCreate && level.first_byte > 0;
+  File file(level.directory, level.name, is_added ? OpenMode::kReadWrite : level.mode);
   if (level.mode != OpenMode::kCreate) {
-    if (file.size() != bytes)
-      throw Error(ErrorCode::kCorruption, fmt::format("open {}: expected {} bytes, found {}",
-                                                      level.path().native(), bytes, file.size()))
+    const std::uint64_t found = file.size();
+    if (level.shares_file ? found < bytes : found != bytes)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("open {}: expected {}{} bytes, found {}", level.path().native(),
+                              level.shares_file ? "at least " : "", bytes, found))
           .about(level.path());
     return file;
   }
@@ -53,7 +57,7 @@ File open_fixed_file(const LevelSpec& level) {
     file.resize(bytes);
     file.preallocate(bytes);
   } catch (...) {
-    level.directory.remove_if_possible(level.name);
+    if (!is_added) level.directory.remove_if_possible(level.name);
     throw;
   }
   return file;
@@ -91,17 +95,19 @@ void check_writable(const File& file, OpenMode mode) {
                 fmt::format("write {}: the level was opened for reading", file.path().native()));
 }
 
-ByteRange fixed_bytes(const LevelGeometry& geometry, BlockRange blocks) noexcept {
+ByteRange fixed_bytes(const LevelGeometry& geometry, BlockRange blocks,
+                      std::uint64_t first_byte) noexcept {
   const std::uint64_t first = std::min(blocks.first, geometry.block_count());
   const std::uint64_t count = std::min(blocks.count, geometry.block_count() - first);
-  return {geometry.block_offset(first), geometry.range_bytes(first, count)};
+  return {first_byte + geometry.block_offset(first), geometry.range_bytes(first, count)};
 }
 
 void seal_raw(const LevelGeometry& geometry, BlockTable& table, BlockRange blocks,
-              std::span<const std::byte> from) {
+              std::span<const std::byte> from, std::uint64_t first_byte) {
   for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
     const std::uint64_t bytes = geometry.block_bytes(block);
-    table.seal(block, geometry.block_offset(block), BlockEncoding::kRaw, from.first(bytes));
+    table.seal(block, first_byte + geometry.block_offset(block), BlockEncoding::kRaw,
+               from.first(bytes));
     from = from.subspan(bytes);
   }
 }

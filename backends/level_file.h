@@ -3,7 +3,7 @@
 // LevelGeometry gives the offset of each block in the file.
 //
 // The file of a fixed-offset level is the level's raw bytes, padded with zeros to a multiple of
-// kPageBytes.
+// kPageBytes. In a shared file, such levels come one after another.
 #pragma once
 
 #include <cstddef>
@@ -16,13 +16,13 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr std::uint64_t kPageBytes = 4096;
 
-/// The size of the file of a fixed-offset level, in bytes.
+/// The bytes that a fixed-offset level takes of its file.
 std::uint64_t fixed_file_bytes(const LevelGeometry& geometry);
 
 /// Creates or opens the level's file. A new file gets its full size, and its space is allocated on
-/// the disk; if that fails, the file is removed. For an existing file, the function checks its size
-/// and the entry of every block that it has. Errors: kCorruption, kIo, kNoSpace; kInvalidArgument
-/// as check_level.
+/// the disk; if that fails, the file is removed. A shared file grows by the level, and stays. For
+/// an existing file, the function checks its size and the entry of every block that it has. Errors:
+/// kCorruption, kIo, kNoSpace; kInvalidArgument as check_level.
 File open_fixed_file(const LevelSpec& level);
 
 /// Throws kInvalidArgument if the table does not have one entry per block of the level, or if a
@@ -40,11 +40,13 @@ void check_writable(const File& file, OpenMode mode);
 struct ByteRange {
   std::uint64_t first = 0, count = 0;
 };
-ByteRange fixed_bytes(const LevelGeometry& geometry, BlockRange blocks) noexcept;
+/// `first_byte` is where the level begins.
+ByteRange fixed_bytes(const LevelGeometry& geometry, BlockRange blocks,
+                      std::uint64_t first_byte = 0) noexcept;
 
-/// Seals the raw bytes `from` of these blocks at the geometry's offsets.
+/// Seals the raw bytes `from` of these blocks at the geometry's offsets from `first_byte` on.
 void seal_raw(const LevelGeometry& geometry, BlockTable& table, BlockRange blocks,
-              std::span<const std::byte> from);
+              std::span<const std::byte> from, std::uint64_t first_byte = 0);
 
 /// Verifies the raw bytes `into` of these blocks. Fills the bytes of never-written blocks with
 /// zeros.

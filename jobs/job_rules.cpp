@@ -115,8 +115,8 @@ void warn_of_fewer_threads(std::string_view what, int taken, int asked, std::uin
   const int wanted = thread_count(asked, what);
   if (warn && taken < wanted)
     warn(
-        fmt::format("{}: {} threads of {}: the scratch memory of more does not fit the budget of "
-                    "{} (--memory)",
+        fmt::format("{}: {} threads of {}: the blocks and the scratch memory of more do not fit "
+                    "the budget of {} (--memory)",
                     what, taken, wanted, format_bytes(budget_bytes)));
 }
 

@@ -1,6 +1,7 @@
 // Fills attributes of a new store patch by patch, from several threads.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string_view>
 
@@ -14,6 +15,11 @@ struct PatchFilling {
   PatchWriterOptions writer = {};
   int threads = 1;
   FaceId faces_at_once = 1;
+  /// The memory that a call of `fill` takes. The budget of the store lends that of all threads but
+  /// the first one; fewer threads are taken if it does not fit beside the blocks of a patch.
+  std::uint64_t scratch_bytes = 0;
+  /// Called once with the threads that are taken, before any work. May be empty.
+  std::function<void(int threads)> begins = {};
   /// Writes the patches of faces `first` to before `after`. Several threads call it at once.
   std::function<void(PatchWriter& writer, FaceId first, FaceId after)> fill;
   /// Called between two calls of `fill`, one at a time (SharedWork::report), and at the end.

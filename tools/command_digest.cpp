@@ -8,6 +8,7 @@
 #include <string>
 
 #include "arguments.h"
+#include "base/text.h"
 #include "command.h"
 #include "console.h"
 #include "json_text.h"
@@ -67,6 +68,12 @@ int run_digest(const DigestArguments& arguments, const CommandContext& context) 
   options.level = arguments.level;
   options.threads = arguments.threads;
   options.progress = [&](const Progress& now) { return progress.update(now.done, now.total); };
+  options.begins = [&](int threads) {
+    if (threads < arguments.threads)
+      report_warning(fmt::format("digest: {} threads of {}: the blocks of more do not fit the "
+                                 "budget of {} (--memory)",
+                                 threads, arguments.threads, format_bytes(arguments.memory_bytes)));
+  };
   const std::string word = digest(store, options).to_string();
   progress.clear();
   if (!context.json) {

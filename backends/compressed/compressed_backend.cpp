@@ -2,6 +2,8 @@
 #include <lz4.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -45,19 +47,32 @@ File open_level_file(const LevelSpec& level) {
   return {level.directory, level.name, level.mode};
 }
 
+/// A file of blocks, of one level or of several that are being made.
+struct BlockFile {
+  explicit BlockFile(const LevelSpec& level)
+      : file(open_level_file(level)),
+        extents(std::as_const(level.table).entries(), file.size(), file.path(), level.held) {}
+
+  File file;
+  std::mutex mutex;  ///< guards extents
+  ExtentAllocator extents;
+};
+
 class CompressedLevel;
 /// The open levels of a volume. The volume tells them of versions.
 using OpenLevels = std::vector<CompressedLevel*>;
 
 class CompressedLevel final : public Backend {
  public:
-  CompressedLevel(const LevelSpec& level, OpenPipeline pipeline, CoderPool& coders,
-                  OpenLevels& open_levels)
+  /// `shared` is null, or has the coarser levels of a shared file.
+  CompressedLevel(const LevelSpec& level, std::shared_ptr<BlockFile> shared, OpenPipeline pipeline,
+                  CoderPool& coders, OpenLevels& open_levels)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
-        file_(open_level_file(level)),
-        extents_(std::as_const(table_).entries(), file_.size(), file_.path(), level.held),
+        shares_file_(level.shares_file),
+        first_block_(shared ? add_blocks(*shared, table_.size()) : 0),
+        blocks_(shared ? std::move(shared) : std::make_shared<BlockFile>(level)),
         coder_(level, std::move(pipeline), tables_of(open_levels)),
         coders_(coders),
         open_levels_(open_levels) {
@@ -68,10 +83,11 @@ class CompressedLevel final : public Backend {
   CompressedLevel& operator=(const CompressedLevel&) = delete;
 
   const Coding& coding() const { return coder_.coding(); }
+  const std::shared_ptr<BlockFile>& file_of_blocks() const { return blocks_; }
 
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) {
-    const std::lock_guard lock(mutex_);
-    extents_.begin_version(sequence, held);
+    const std::lock_guard lock(blocks_->mutex);
+    blocks_->extents.begin_version(sequence, held);
   }
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
@@ -85,7 +101,7 @@ class CompressedLevel final : public Backend {
   }
 
   void write(BlockRange blocks, std::span<const std::byte> from) override {
-    check_writable(file_, mode_);
+    check_writable(blocks_->file, mode_);
     check_request(geometry_, blocks, from.size());
     CoderPool::Lease coder(coders_, coding());
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
@@ -103,7 +119,7 @@ class CompressedLevel final : public Backend {
       if (transfer.direction == Transfer::Direction::kRead) {
         read_block(*coder, transfer.block, transfer.context, transfer.memory);
       } else {
-        check_writable(file_, mode_);
+        check_writable(blocks_->file, mode_);
         write_block(*coder, transfer.block, transfer.context, transfer.memory);
       }
     } catch (...) {
@@ -127,19 +143,25 @@ class CompressedLevel final : public Backend {
   }
 
   void advise(BlockRange, Advice advice) noexcept override {
-    if (advice == Advice::kSequential) advise_sequential(file_);
+    if (advice == Advice::kSequential) advise_sequential(blocks_->file);
   }
 
   void sync(bool durable) override {
-    if (durable) file_.sync();
+    if (durable) blocks_->file.sync();
   }
 
   std::uint64_t stored_bytes() const override {
-    const std::lock_guard lock(mutex_);
-    return extents_.end_bytes();
+    if (shares_file_) return ExtentAllocator::bytes_of(std::as_const(table_).entries());
+    const std::lock_guard lock(blocks_->mutex);
+    return blocks_->extents.end_bytes();
   }
 
  private:
+  static std::uint64_t add_blocks(BlockFile& file, std::uint64_t count) {
+    const std::lock_guard lock(file.mutex);
+    return file.extents.add_blocks(count);
+  }
+
   static std::vector<const BlockTable*> tables_of(const OpenLevels& levels) {
     std::vector<const BlockTable*> tables;
     tables.reserve(levels.size());
@@ -155,25 +177,25 @@ class CompressedLevel final : public Backend {
         std::ranges::fill(raw, std::byte{0});
         break;
       case BlockEncoding::kRaw:
-        file_.read_at(entry.offset, raw);
-        table_.check(block, raw, file_.path());
+        blocks_->file.read_at(entry.offset, raw);
+        table_.check(block, raw, blocks_->file.path());
         break;
       case BlockEncoding::kEncoded: {
         const std::span<std::byte> stored = coder.stored_buffer(entry.stored_bytes);
-        file_.read_at(entry.offset, stored);
-        table_.check(block, stored, file_.path());
+        blocks_->file.read_at(entry.offset, stored);
+        table_.check(block, stored, blocks_->file.path());
         try {
           coder_.decode(coder, block, context, stored, raw);
         } catch (const Error& failure) {
           throw Error(failure.code(),
-                      fmt::format("read {}: block {} at byte {}: {}", file_.path().native(), block,
-                                  entry.offset, failure.what()));
+                      fmt::format("read {}: block {} at byte {}: {}", blocks_->file.path().native(),
+                                  block, entry.offset, failure.what()));
         }
         break;
       }
       case BlockEncoding::kPredicted:
         coder_.make(block, context, raw);
-        table_.check(block, raw, file_.path());
+        table_.check(block, raw, blocks_->file.path());
     }
   }
 
@@ -183,36 +205,36 @@ class CompressedLevel final : public Backend {
       return write_encoded(block, coder_.encode(coder, block, context, raw));
     const BlockEntry former = table_[block];
     table_.seal_predicted(block, raw);
-    const std::lock_guard lock(mutex_);
-    extents_.replace(block, former);
+    const std::lock_guard lock(blocks_->mutex);
+    blocks_->extents.replace(first_block_ + block, former);
   }
 
   /// Allocates a new extent, writes the bytes, then changes the table. So after an error the block
   /// still has its former content.
   void write_encoded(std::uint64_t block, const EncodedBlock& encoded) {
     const std::uint64_t offset = [&] {
-      const std::lock_guard lock(mutex_);
-      return extents_.allocate(encoded.bytes.size());
+      const std::lock_guard lock(blocks_->mutex);
+      return blocks_->extents.allocate(encoded.bytes.size());
     }();
     try {
-      file_.write_at(offset, encoded.bytes);
+      blocks_->file.write_at(offset, encoded.bytes);
     } catch (...) {
-      const std::lock_guard lock(mutex_);
-      extents_.release(offset, encoded.bytes.size());
+      const std::lock_guard lock(blocks_->mutex);
+      blocks_->extents.release(offset, encoded.bytes.size());
       throw;
     }
     const BlockEntry former = table_[block];
     table_.seal(block, offset, encoded.encoding, encoded.bytes);
-    const std::lock_guard lock(mutex_);
-    extents_.replace(block, former);
+    const std::lock_guard lock(blocks_->mutex);
+    blocks_->extents.replace(first_block_ + block, former);
   }
 
   const LevelGeometry& geometry_;
   BlockTable& table_;
   OpenMode mode_;
-  File file_;
-  mutable std::mutex mutex_;  ///< guards extents_
-  ExtentAllocator extents_;
+  bool shares_file_;
+  std::uint64_t first_block_;  ///< its number in the extents
+  std::shared_ptr<BlockFile> blocks_;
   LevelCoder coder_;
   CoderPool& coders_;
   OpenLevels& open_levels_;
@@ -240,8 +262,15 @@ class CompressedVolume final : public Volume {
     const FilterLevel filtered{
         level.schema, &level.geometry, level.table.attribute(), level.table.level(),
         level.surroundings.attributes.empty() ? nullptr : &level.surroundings};
-    auto opened = std::make_unique<CompressedLevel>(level, stages_->open(level.pipeline, filtered),
-                                                    coders_, open_levels_);
+    const bool is_added = level.shares_file && level.mode == OpenMode::kCreate;
+    std::shared_ptr<BlockFile> shared;
+    if (is_added) {
+      shared = shared_[level.path()].lock();
+      check_level(level, LZ4_MAX_INPUT_SIZE);
+    }
+    auto opened = std::make_unique<CompressedLevel>(
+        level, std::move(shared), stages_->open(level.pipeline, filtered), coders_, open_levels_);
+    if (is_added) shared_[level.path()] = opened->file_of_blocks();
     coders_.make_room_for(opened->coding(), level.geometry.max_block_bytes());
     return opened;
   }
@@ -255,6 +284,7 @@ class CompressedVolume final : public Volume {
   std::shared_ptr<const PipelineRegistry> stages_;
   CoderPool coders_;
   OpenLevels open_levels_;
+  std::map<std::filesystem::path, std::weak_ptr<BlockFile>> shared_;  ///< that are being made
 };
 
 }  // namespace

@@ -82,6 +82,19 @@ ExtentAllocator::ExtentAllocator(std::span<const BlockEntry> table, std::uint64_
   }
 }
 
+std::uint64_t ExtentAllocator::add_blocks(std::uint64_t count) {
+  const std::uint64_t first = first_version_.size();
+  first_version_.resize(first + count, kNoVersion);
+  return first;
+}
+
+std::uint64_t ExtentAllocator::bytes_of(std::span<const BlockEntry> table) {
+  std::uint64_t bytes = 0;
+  for (const BlockEntry& entry : table)
+    if (has_extent(entry)) bytes += aligned(entry.stored_bytes);
+  return bytes;
+}
+
 std::uint64_t ExtentAllocator::allocate(std::uint64_t bytes) {
   bytes = aligned(bytes);
   const auto fitting = free_by_bytes_.lower_bound({bytes, 0});

@@ -37,6 +37,10 @@ class ExtentAllocator {
   ExtentAllocator(std::span<const BlockEntry> table, std::uint64_t file_bytes,
                   const std::filesystem::path& file, std::span<const HeldTable> held = {});
 
+  /// Adds `count` blocks without an extent, of another level in the file. Returns the number of the
+  /// first one.
+  std::uint64_t add_blocks(std::uint64_t count);
+
   /// Allocates `bytes` bytes and returns their offset. Takes the smallest free extent that is large
   /// enough, or else the end of the file.
   /// REQUIRES: bytes > 0.
@@ -51,6 +55,9 @@ class ExtentAllocator {
   /// Version `sequence` was committed, with the extents that the blocks have now. Readers have the
   /// older versions `held` open, in ascending order. Frees what invariant 2 allows.
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held);
+
+  /// The bytes that the extents of these blocks take.
+  static std::uint64_t bytes_of(std::span<const BlockEntry> table);
 
   /// One past the last byte in use, a multiple of kAlignmentBytes.
   std::uint64_t end_bytes() const { return end_bytes_; }

@@ -11,6 +11,7 @@ bool of_mapped(const BackendTraits& traits) { return traits.maps_for_reading; }
 bool of_transfers(const BackendTraits& traits) { return !traits.in_memory; }
 bool of_codecs(const BackendTraits& traits) { return traits.compressed; }
 bool of_files(const BackendTraits& traits) { return traits.durable; }
+bool of_shared_files(const BackendTraits& traits) { return traits.shares_files; }
 
 constexpr Promise kPromises[] = {
     {"entry-agrees", "The traits and the summary of the entry are those of the backend.", of_all,
@@ -65,6 +66,8 @@ constexpr Promise kPromises[] = {
      check_failed_write},
     {"bad-table-entries", "Table entries that cannot be are refused (kCorruption).", of_files,
      check_bad_entries},
+    {"shared-file", "Levels that are written into one file have their bytes.", of_shared_files,
+     check_shared_file},
 };
 
 }  // namespace

@@ -72,5 +72,6 @@ void check_file_cut_short(const Subject& subject, CheckLog& log);
 void check_file_cut_while_open(const Subject& subject, CheckLog& log);
 void check_failed_write(const Subject& subject, CheckLog& log);
 void check_bad_entries(const Subject& subject, CheckLog& log);
+void check_shared_file(const Subject& subject, CheckLog& log);
 
 }  // namespace plait::conformance

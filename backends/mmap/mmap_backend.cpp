@@ -45,13 +45,15 @@ class CannotMap : public Error {
   throw failure;
 }
 
-interprocess::mapped_region map_file(const File& file, std::uint64_t bytes) {
+interprocess::mapped_region map_file(const File& file, std::uint64_t first_byte,
+                                     std::uint64_t bytes) {
   if (bytes == 0) return {};
   if (const int error = before_operation({FileOperation::Kind::kMap, file.path()}).error;
       error != 0)
     throw_unmapped(file, bytes, error, std::generic_category().message(error));
   try {
-    return {OpenedFile{file.descriptor()}, interprocess::read_only, 0, bytes};
+    return {OpenedFile{file.descriptor()}, interprocess::read_only,
+            static_cast<interprocess::offset_t>(first_byte), bytes};
   } catch (const interprocess::interprocess_exception& failure) {
     throw_unmapped(file, bytes, failure.get_native_error(), failure.what());
   }
@@ -63,8 +65,9 @@ class MappedLevel final : public Backend {
   explicit MappedLevel(const LevelSpec& level)
       : geometry_(level.geometry),
         table_(level.table),
+        first_byte_(level.first_byte),
         file_(open_fixed_file(level)),
-        region_(map_file(file_, fixed_file_bytes(geometry_))) {}
+        region_(map_file(file_, first_byte_, fixed_file_bytes(geometry_))) {}
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
@@ -104,10 +107,11 @@ class MappedLevel final : public Backend {
 
   std::byte* address(std::uint64_t block) override {
     // Access to a mapping beyond the end of its file kills the process (SIGBUS).
-    if (const std::uint64_t found = file_.size(); found < fixed_file_bytes(geometry_))
+    const std::uint64_t expected = first_byte_ + fixed_file_bytes(geometry_);
+    if (const std::uint64_t found = file_.size(); found < expected)
       throw Error(ErrorCode::kCorruption,
                   fmt::format("access {}: expected {} bytes, found {}: the file was cut short",
-                              file_.path().native(), fixed_file_bytes(geometry_), found))
+                              file_.path().native(), expected, found))
           .about(file_.path(), found);
     return static_cast<std::byte*>(region_.get_address()) + geometry_.block_offset(block);
   }
@@ -135,10 +139,11 @@ class MappedLevel final : public Backend {
     const std::uint64_t end = bytes.first + bytes.count;
     for (std::uint64_t at = bytes.first / kPageBytes * kPageBytes; at < end;) {
       const ssize_t mapped = attempt(
-          {FileOperation::Kind::kRead, file_.path(), at, end - at}, [&](std::uint64_t most_bytes) {
+          {FileOperation::Kind::kRead, file_.path(), first_byte_ + at, end - at},
+          [&](std::uint64_t most_bytes) {
             return map_pages(static_cast<std::byte*>(region_.get_address()) + at, most_bytes);
           });
-      if (mapped < 0) throw system_error("read", file_.path().native(), errno, at);
+      if (mapped < 0) throw system_error("read", file_.path().native(), errno, first_byte_ + at);
       at += (static_cast<std::uint64_t>(mapped) + kPageBytes - 1) / kPageBytes * kPageBytes;
     }
   }
@@ -157,6 +162,7 @@ class MappedLevel final : public Backend {
 
   const LevelGeometry& geometry_;
   const BlockTable& table_;
+  std::uint64_t first_byte_;  ///< in the file; offsets in region_ count from it
   File file_;
   interprocess::mapped_region region_;
 };

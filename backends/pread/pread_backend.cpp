@@ -19,6 +19,7 @@ class PreadBackend final : public Backend {
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
+        first_byte_(level.first_byte),
         file_(open_fixed_file(level)),
         in_file_(level.table.size()) {
     // A new generation has a new file and the table of the version before.
@@ -33,7 +34,7 @@ class PreadBackend final : public Backend {
     // access.
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
       if (is_written(block)) {
-        file_.read_at(geometry_.block_offset(blocks.first), into);
+        file_.read_at(first_byte_ + geometry_.block_offset(blocks.first), into);
         break;
       }
     check_raw(geometry_, table_, blocks, into, file_.path());
@@ -42,13 +43,13 @@ class PreadBackend final : public Backend {
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
-    file_.write_at(geometry_.block_offset(blocks.first), from);
+    file_.write_at(first_byte_ + geometry_.block_offset(blocks.first), from);
     note_in_file(blocks);
-    seal_raw(geometry_, table_, blocks, from);
+    seal_raw(geometry_, table_, blocks, from, first_byte_);
   }
 
   void start_run(std::span<Transfer* const> run) noexcept override {
-    RestOfRun rest(run, geometry_.block_offset(run.front()->block));
+    RestOfRun rest(run, first_byte_ + geometry_.block_offset(run.front()->block));
     while (!rest.empty()) {
       const std::size_t before = rest.moved_blocks();
       std::exception_ptr error;
@@ -99,7 +100,7 @@ class PreadBackend final : public Backend {
         if (read)
           check_raw(geometry_, table_, {transfer->block, 1}, transfer->memory, file_.path());
         else if (!error)
-          seal_raw(geometry_, table_, {transfer->block, 1}, transfer->memory);
+          seal_raw(geometry_, table_, {transfer->block, 1}, transfer->memory, first_byte_);
       } catch (...) {
         error = caught_exception();
       }
@@ -114,7 +115,7 @@ class PreadBackend final : public Backend {
   void note_in_file(BlockRange blocks) {
     const std::span<std::uint8_t> in_file = std::span(in_file_).subspan(blocks.first, blocks.count);
     if (std::ranges::find(in_file, std::uint8_t{1}) == in_file.end())
-      start_writing(file_, fixed_bytes(geometry_, blocks));
+      start_writing(file_, fixed_bytes(geometry_, blocks, first_byte_));
     std::ranges::fill(in_file, std::uint8_t{1});
   }
 
@@ -125,6 +126,7 @@ class PreadBackend final : public Backend {
   const LevelGeometry& geometry_;
   BlockTable& table_;
   OpenMode mode_;
+  std::uint64_t first_byte_;
   File file_;
   std::vector<std::uint8_t> in_file_;  ///< [block] not 0: the file has the block
 };

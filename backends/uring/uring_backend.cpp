@@ -49,15 +49,17 @@ class UringBackend final : public Backend {
   /// A page buffer has room for `run_bytes` bytes of a run, or for one block if that is 0.
   UringBackend(const LevelSpec& level, UringRing& ring, PageBuffers& buffers,
                std::uint64_t run_bytes, const std::function<void(const std::string&)>& tell)
-      : buffered_run_bytes_(run_bytes), level_{level.geometry,
-                                               level.table,
-                                               level.mode,
-                                               ring,
-                                               buffers,
-                                               tell,
-                                               open_fixed_file(level),
-                                               open_direct(level, tell),
-                                               true} {
+      : buffered_run_bytes_(run_bytes),
+        level_{level.geometry,
+               level.table,
+               level.mode,
+               level.first_byte,
+               ring,
+               buffers,
+               tell,
+               open_fixed_file(level),
+               open_direct(level, tell),
+               true} {
     level_.goes_past_cache = level_.direct.is_open();
   }
 

@@ -31,7 +31,7 @@ class RunInFlight final : public RingRequest {
       : level_(level),
         run_(run.begin(), run.end()),
         is_read_(run.front()->direction == Transfer::Direction::kRead),
-        offset_(level.geometry.block_offset(run.front()->block)),
+        offset_(level.first_byte + level.geometry.block_offset(run.front()->block)),
         aligned_(std::move(aligned)) {
     for (const Transfer* const transfer : run_) {
       former_.push_back(level.table[transfer->block]);
@@ -73,7 +73,8 @@ class RunInFlight final : public RingRequest {
       });
     shared([&](std::uint64_t at, std::span<std::byte> piece) { level_.file.write_at(at, piece); });
     for (const Transfer* const transfer : run_)
-      seal_raw(level_.geometry, level_.table, {transfer->block, 1}, transfer->memory);
+      seal_raw(level_.geometry, level_.table, {transfer->block, 1}, transfer->memory,
+               level_.first_byte);
   }
 
   /// The object may be deleted when this returns.

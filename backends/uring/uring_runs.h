@@ -20,6 +20,7 @@ struct UringLevel {
   const LevelGeometry& geometry;
   BlockTable& table;
   OpenMode mode;
+  std::uint64_t first_byte;
   UringRing& ring;
   PageBuffers& buffers;
   std::function<void(const std::string&)> tell;

@@ -103,6 +103,14 @@ LevelGeometry LevelGeometry::shard(std::uint32_t shard) const {
   return result;
 }
 
+std::uint64_t LevelGeometry::total_bytes_at(BaseRelativeLevel level) const {
+  const std::uint64_t slots = present_before(edge_after_) - present_before(first_edge_),
+                      half = shapes_.half().rank(edge_after_) - shapes_.half().rank(first_edge_);
+  return ((slots - half) * slot_records(level.refinements) +
+          half * slot_records(level.refinements, SlotShape::kHalf)) *
+         record_bytes_;
+}
+
 std::uint32_t LevelGeometry::shard_of_block(std::uint64_t block) const {
   const auto after = std::ranges::upper_bound(*first_blocks_, block);
   return static_cast<std::uint32_t>(after - first_blocks_->begin()) - 1;

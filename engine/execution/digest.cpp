@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "execution/slot_hasher.h"
+#include "execution/sweep/sweep_threads.h"
 #include "paging/level_cursor.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
@@ -173,8 +174,17 @@ Digest digest(const Store& store, const DigestOptions& options) try {
     return sum.sum();
   }
   const Passes by_levels = passes_by_levels(store, options.level);
+  const auto begin = [&](const Passes& passes) {
+    int least = threads;
+    for (const auto& accesses : passes)
+      // The pass only reads.
+      least =
+          std::min(least, sweep_threads(const_cast<Store&>(store), {"digest", accesses}, threads));
+    if (options.begins) options.begins(least);
+  };
   if (const auto together = all_together(store, by_levels)) {
     try {
+      begin(*together);
       sum.add(digest_of_levels(store, *together, options, threads));
       return sum.sum();
     } catch (const Error& error) {
@@ -182,6 +192,7 @@ Digest digest(const Store& store, const DigestOptions& options) try {
       if (error.code() != ErrorCode::kBudget) throw;
     }
   }
+  begin(by_levels);
   sum.add(digest_of_levels(store, by_levels, options, threads));
   return sum.sum();
 } catch (const std::bad_alloc&) {

@@ -66,6 +66,8 @@ bool is_version_file_name(std::string_view name) {
   if (!rest) return false;
   const std::size_t digits = std::min(rest->find('.'), rest->size());
   if (!is_number(rest->substr(0, digits))) return false;
+  if (const auto levels = after(".levels.", rest->substr(digits)))
+    return levels->find('.') != std::string_view::npos && is_number_of_file(*levels);
   if (const auto level = after(".level", rest->substr(digits)))
     return level->size() > 3 && is_number(level->substr(0, 2)) && (*level)[2] == '.' &&
            is_number_of_file(level->substr(3));

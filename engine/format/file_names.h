@@ -28,7 +28,12 @@ inline constexpr char kLockName[] = "lock";
 inline std::string level_file_name(std::uint32_t attribute, int level, std::uint64_t generation) {
   return fmt::format("attribute{}.level{:02}.{}", attribute, level, generation);
 }
-/// The file of one shard of a level.
+/// The file of all levels of an attribute in one shard.
+inline std::string shard_file_name(std::uint32_t attribute, std::uint64_t generation,
+                                   std::uint32_t shard) {
+  return fmt::format("attribute{}.levels.{}.shard{}", attribute, generation, shard);
+}
+/// The file of one shard of a level, of stores whose shards have a file for each level.
 inline std::string level_file_name(std::uint32_t attribute, int level, std::uint64_t generation,
                                    std::uint32_t shard) {
   return fmt::format("{}.shard{}", level_file_name(attribute, level, generation), shard);

@@ -23,15 +23,14 @@ constexpr std::size_t kSequenceOffset = 40, kDescribedOffset = 64, kChecksumOffs
 
 /// A required feature changes the meaning of a store's bytes.
 void refuse_unknown_features(std::uint32_t required, const std::filesystem::path& path) {
-  constexpr std::uint32_t kKnown = kPredictedBlocks | kShards | kDepths | kChangeLog;
+  constexpr std::uint32_t kKnown = kPredictedBlocks | kShards | kDepths | kChangeLog | kSharedFiles;
   required &= ~kKnown;
   if (required == 0) return;
-  throw Error(
-      ErrorCode::kNotSupported,
-      fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
-                  "knows only those of flags 0 to 3: predicted blocks, shards, depths and a "
-                  "change log",
-                  path.native(), std::countr_zero(required), program_version()));
+  throw Error(ErrorCode::kNotSupported,
+              fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
+                          "knows only those of flags 0 to 4: predicted blocks, shards, depths, a "
+                          "change log and files of several levels",
+                          path.native(), std::countr_zero(required), program_version()));
 }
 
 /// Returns the whole slots, at most two.

@@ -46,6 +46,7 @@ enum RequiredFeature : std::uint32_t {
   kShards = 2,           ///< the levels are in shards, which the description lists at its end
   kDepths = 4,           ///< faces have depths of their own, in the file "depths"
   kChangeLog = 8,        ///< the version has a change log
+  kSharedFiles = 16,     ///< a shard has one file for all levels of an attribute
 };
 
 /// Optional features: the description ends with how attributes were rounded, with texts, with

@@ -208,6 +208,7 @@ void take_depths(FieldReader& fields, VersionDescription& version) {
 
 std::uint32_t required_features_of(const VersionDescription& version) {
   return (version.shards.empty() ? 0 : std::uint32_t{kShards}) |
+         (!version.shards.empty() && version.shares_files ? std::uint32_t{kSharedFiles} : 0) |
          (version.depths ? std::uint32_t{kDepths} : 0);
 }
 
@@ -292,6 +293,9 @@ VersionDescription decode_description(std::span<const std::byte> bytes, std::uin
   for (std::uint32_t at = 0; at < count; ++at) version.attributes.push_back(attributes.next());
   take_optional_fields(fields, version, optional_features);
   if ((required_features & kShards) != 0) take_shards(fields, version);
+  version.shares_files = (required_features & kSharedFiles) != 0;
+  fields.require(!version.shares_files || !version.shards.empty(), "files of several levels",
+                 "no shards");
   if ((required_features & kDepths) != 0) take_depths(fields, version);
   return version;
 }

@@ -76,6 +76,7 @@ struct VersionDescription {
   Texts texts;
   std::vector<FaceAttributeRecord> face_attributes;
   std::vector<ShardRecord> shards;          ///< empty if each level is in one piece
+  bool shares_files = false;                ///< a shard has one file for all levels of an attribute
   std::optional<DepthsRecord> depths = {};  ///< nothing if all faces have all levels
 
   int finest_level(const AttributeRecord& attribute) const {

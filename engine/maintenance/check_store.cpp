@@ -15,6 +15,7 @@
 #include "format/view_file.h"
 #include "plait/detail/face_depths.h"
 #include "plait/error.h"
+#include "store/parts/shard_place.h"
 #include "store/recovery.h"
 #include "store/stored_version.h"
 
@@ -120,7 +121,7 @@ class StructureCheck {
   /// Returns whether the file is whole. Reports it otherwise.
   template <class Read>
   bool check(DamagedFile file, Read read) {
-    ++result_.files;
+    if (counted_.insert(file.name).second) ++result_.files;
     std::optional<std::string> reason = reason_of(read);
     if (!reason) return true;
     file.reason = std::move(*reason);
@@ -159,25 +160,30 @@ class StructureCheck {
     const std::vector<std::string> names = level.file_names();
     for (std::uint32_t shard = 0; shard < version_.shard_count(); ++shard) {
       if (!content_known || unknown.contains(shard)) {
-        check_file(level, shard, names[shard], false);
+        check_file(level, shard, {names[shard]}, false);
         continue;
       }
       StoredLevel alone = level;
       alone.geometry = level.geometry.shard(shard);
       alone.table =
           level.table.part(level.geometry.first_block(shard), alone.geometry.block_count());
-      check_file(alone, shard, names[shard], true);
+      check_file(
+          alone, shard,
+          place_of({level.number, level.level, level.record.generation, shard, alone.geometry},
+                   level.shares_files, backend_.traits),
+          true);
     }
   }
 
   void check_files(const StoredLevel& level, bool content_known) {
     const std::vector<std::string> names = level.file_names();
     for (std::size_t file = 0; file < names.size(); ++file)
-      check_file(level, file, names[file], content_known);
+      check_file(level, file, {names[file]}, content_known);
   }
 
-  void check_file(const StoredLevel& level, std::size_t file, const std::string& name,
+  void check_file(const StoredLevel& level, std::size_t file, const ShardPlace& place,
                   bool content_known) {
+    const std::string& name = place.name;
     const AttributeSchema& schema = description_.attributes[level.attribute].schema;
     DamagedFile found = named(StoreFile::kLevel, name, schema.name, level.level);
     found.file = file;
@@ -193,8 +199,10 @@ class StructureCheck {
     expected.pipeline = level.record.pipeline;
     expected.writable = false;
     check(std::move(found), [&] {
-      backend_.open({})->open_level({store_, name, OpenMode::kRead, expected.geometry,
-                                     expected.table, schema, expected.pipeline});
+      LevelSpec spec{store_,         name,   OpenMode::kRead,  expected.geometry,
+                     expected.table, schema, expected.pipeline};
+      place.put_into(spec);
+      backend_.open({})->open_level(spec);
     });
   }
 
@@ -203,6 +211,7 @@ class StructureCheck {
   const VersionDescription& description_;
   const RegisteredBackend& backend_;
   StoreCheck& result_;
+  std::set<std::string> counted_;  ///< one file may have several levels
 };
 
 /// Reads the other slot of the manifest. Returns the version whose file it names; adds a note if it

@@ -19,6 +19,7 @@
 #include "plait/store.h"
 #include "store/generation_volume.h"
 #include "store/left_overs.h"
+#include "store/parts/shard_place.h"
 #include "store/parts/shard_volume.h"
 #include "store/recovery.h"
 #include "store/store_checks.h"
@@ -86,9 +87,12 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                                                              OpenMode mode) const {
   check_pipeline_of_depths(*this, schema, level.record.pipeline);
   const bool is_made_part = is_part() && mode != OpenMode::kRead;
-  const std::string name =
-      is_made_part ? level_file_name(level.number, level.level, level.record.generation, only_shard)
-                   : level.file_names().front();
+  ShardPlace place{level.file_names().front()};
+  if (is_made_part)
+    place =
+        place_of({level.number, level.level, level.record.generation, only_shard, level.geometry},
+                 shares_files, backend.traits);
+  const std::string& name = place.name;
   const Directory& in = is_made_part && in_shards ? made_in : directory;
   auto file = std::make_unique<LevelFile>();
   file->geometry = level.geometry;
@@ -99,6 +103,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
   file->pipeline = level.record.pipeline;
   file->writable = mode != OpenMode::kRead;
   LevelSpec spec{in, name, mode, file->geometry, file->table, schema, file->pipeline};
+  place.put_into(spec);
   spec.surroundings = surroundings();
   for (const HeldVersion& older : held)
     for (const StoredLevel& same : older.levels)
@@ -152,7 +157,7 @@ void Store::Implementation::open_volume(int threads) {
   volume = backend.open({options.budget_bytes / kScratchShare, threads});
   telling = dynamic_cast<const TellingVolume*>(volume.get());
   if (in_shards)
-    volume = std::make_unique<ShardVolume>(std::move(volume));
+    volume = std::make_unique<ShardVolume>(std::move(volume), shares_files, backend.traits);
   else if (is_part())
     return;
   else if (on_disk() && backend.traits.overwrites_in_place) {
@@ -309,6 +314,7 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
                             path.native(), version.shard_count()));
   writable = wanted.writable;
   in_shards = version.shard_count() > 0;
+  shares_files = description.shares_files;
   make_ready();
   version.check_base_sizes();
   if (std::optional<BaseMesh> indexed = version.open_base_index()) {

@@ -138,8 +138,9 @@ struct Store::Implementation {
   std::filesystem::path path;  ///< as the user gave it
   Directory directory;         ///< all files are opened through it; not open without a path
   BaseMesh base;
-  bool in_shards = false;  ///< an opened store whose levels are in shards
-  EdgeShards shards;       ///< of all levels; empty: each level is in one piece
+  bool in_shards = false;     ///< an opened store whose levels are in shards
+  EdgeShards shards;          ///< of all levels; empty: each level is in one piece
+  bool shares_files = false;  ///< as in VersionDescription
   /// Only the store of one part (store/parts/part_store.h): the only shard that it makes.
   std::uint32_t only_shard = kNoId;
   /// Only the store of a part of a pass: the directory of the levels that it makes.

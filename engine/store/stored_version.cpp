@@ -16,6 +16,7 @@
 #include "plait/error.h"
 #include "plait/extend/block_maker.h"
 #include "plait/extend/file.h"
+#include "store/parts/shard_place.h"
 #include "store/parts/shard_tables.h"
 #include "store/version_sizes.h"
 
@@ -25,7 +26,7 @@ std::vector<std::string> StoredLevel::file_names() const {
   if (shards == 0) return {level_file_name(number, level, record.generation)};
   std::vector<std::string> names;
   for (std::uint32_t shard = 0; shard < shards; ++shard)
-    names.push_back(level_file_name(number, level, record.generation, shard));
+    names.push_back(shard_file_name(shares_files, number, level, record.generation, shard));
   return names;
 }
 
@@ -142,6 +143,7 @@ std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
       stored.level = base_level + 1 + static_cast<int>(finer);
       stored.record = attribute.levels[finer];
       stored.shards = shard_count();
+      stored.shares_files = description_.shares_files;
       try {
         const BaseRelativeLevel relative = relative_to_base(stored.level, base_level);
         stored.geometry =
@@ -350,8 +352,12 @@ std::set<std::string> StoredVersion::file_names(std::uint32_t shards) const {
     for (const LevelRecord& record : attribute.levels) {
       ++level;
       if (shards == 0) names.insert(level_file_name(attribute.number, level, record.generation));
-      for (std::uint32_t shard = 0; shard < shards; ++shard)
-        names.insert(level_file_name(attribute.number, level, record.generation, shard));
+      for (std::uint32_t shard = 0; shard < shards; ++shard) {
+        names.insert(shard_file_name(description_.shares_files, attribute.number, level,
+                                     record.generation, shard));
+        if (description_.shards.empty())
+          names.insert(shard_file_name(attribute.number, record.generation, shard));
+      }
     }
   }
   for (std::uint32_t shard = 0; shard < shards; ++shard)

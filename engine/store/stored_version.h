@@ -38,9 +38,11 @@ struct StoredLevel {
   LevelRecord record;
   LevelGeometry geometry;
   BlockTable table;
-  std::uint32_t shards = 0;  ///< 0: the level is in one piece
+  std::uint32_t shards = 0;   ///< 0: the level is in one piece
+  bool shares_files = false;  ///< as in VersionDescription
 
-  /// The name of its file. A level in shards has one file for each shard.
+  /// The name of its file. A level in shards has one file for each shard, alone or with the
+  /// attribute's other levels.
   std::vector<std::string> file_names() const;
 };
 

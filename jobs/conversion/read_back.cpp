@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "job_rules.h"
 #include "maintenance/compare_attribute.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -29,6 +30,9 @@ std::string watched_digest(Store& store, std::string_view step, int threads,
   DigestOptions options;
   options.threads = threads;
   options.progress = begin_step(watch, step);
+  options.begins = [&](int taken) {
+    warn_of_fewer_threads(step, taken, threads, store.options().budget_bytes, watch.warn);
+  };
   return digest(store, options).to_string();
 }
 

@@ -251,11 +251,21 @@ void Import::write_patches(Store& store, std::span<const FaceSide> corners) {
       }
     }
   };
-  plait::write_patches(store, {.job = "import",
-                               .threads = request_.threads,
-                               .faces_at_once = faces_at_once,
-                               .fill = fill,
-                               .report = [&](FaceId done) { tell("write", done, faces); }});
+  std::size_t largest = 0;
+  for (const MeshAttribute& attribute : mesh_.attributes)
+    largest = std::max(largest, attribute.schema.record_bytes());
+  const auto begins = [&](int threads) {
+    warn_of_fewer_threads("import " + source_, threads, request_.threads,
+                          store.options().budget_bytes, watch_.warn);
+  };
+  plait::write_patches(store,
+                       {.job = "import",
+                        .threads = request_.threads,
+                        .faces_at_once = faces_at_once,
+                        .scratch_bytes = count * (faces_at_once * sizeof(VertexId) + largest),
+                        .begins = begins,
+                        .fill = fill,
+                        .report = [&](FaceId done) { tell("write", done, faces); }});
 }
 
 }  // namespace

@@ -60,8 +60,8 @@ MachineRates measure_machine(const Directory& plan_directory, const PlanFile& pl
     const ComputedPart computed = PartWork::of(plan_directory, trial)
                                       ->compute(part, directory.directory(), options, backends);
     Trial made;
-    for (const PartContent::LevelOfPart& level : computed.content.levels)
-      made.bytes += static_cast<double>(level.bytes);
+    for (const PartContent::FileOfPart& file : computed.content.files)
+      made.bytes += static_cast<double>(file.bytes);
     made.points = points_of(trial.plan.parts[part], cost);
     made.begin_seconds = computed.begin_seconds;
     made.compute_seconds = computed.compute_seconds;

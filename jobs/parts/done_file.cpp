@@ -12,6 +12,7 @@
 #include "parts/sealed_file.h"
 #include "plait/error.h"
 #include "plait/extend/block_table.h"
+#include "store/parts/shard_place.h"
 #include "store/parts/shard_tables.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -47,6 +48,15 @@ void check_content(const Directory& directory, const std::string& name, std::uin
                   fmt::format("expected checksum {:016x}, found {:016x}", checksum, found));
 }
 
+/// The names of the files of an attribute with `levels` levels, in their order.
+void add_names(const PlanFile& plan, std::uint32_t attribute, int levels, std::uint32_t part,
+               std::vector<std::string>& names) {
+  const int files = plan.shares_files ? std::min(levels, 1) : levels;
+  for (int at = 1; at <= files; ++at)
+    names.push_back(shard_file_name(plan.shares_files, attribute, plan.plan.base_level + at,
+                                    plan.version(), part));
+}
+
 /// The names of the files of levels of a part, in their order. Errors: kCorruption if the plan has
 /// other levels than the description.
 std::vector<std::string> level_names(const PlanFile& plan, const VersionDescription& description,
@@ -76,9 +86,7 @@ std::vector<std::string> level_names(const PlanFile& plan, const VersionDescript
     const AttributeSchema expected = {is_normal ? "normal" : "position",
                                       is_normal ? ComponentType::kFloat32 : plan.precision, 3};
     fields.require(attribute.schema == expected, "the attribute", attribute.schema.name);
-    for (std::size_t at = 0; at < attribute.levels.size(); ++at)
-      names.push_back(level_file_name(
-          attribute.number, plan.plan.base_level + 1 + static_cast<int>(at), plan.version(), part));
+    add_names(plan, attribute.number, static_cast<int>(attribute.levels.size()), part, names);
   }
   return names;
 }
@@ -86,8 +94,8 @@ std::vector<std::string> level_names(const PlanFile& plan, const VersionDescript
 /// The same for a part of a pass, whose plan says all.
 std::vector<std::string> level_names(const PlanFile& plan, std::uint32_t part) {
   std::vector<std::string> names;
-  for (int level = plan.plan.base_level + 1; level <= plan.plan.levels; ++level)
-    names.push_back(level_file_name(plan.of_pass.attribute_number, level, plan.version(), part));
+  add_names(plan, plan.of_pass.attribute_number, plan.plan.levels - plan.plan.base_level, part,
+            names);
   return names;
 }
 
@@ -129,10 +137,10 @@ std::vector<std::byte> encode_done_file(const PlanFile& plan, const DoneFile& do
   fields.put_text(done.directory, kMostText, "the directory");
   fields.put(static_cast<std::uint32_t>(done.description.size()));
   for (const std::byte byte : done.description) fields.put(static_cast<std::uint8_t>(byte));
-  fields.put(static_cast<std::uint32_t>(done.levels.size()));
-  for (const auto& level : done.levels) {
-    fields.put_text(level.name, kMostText, "a file");
-    fields.put(level.bytes);
+  fields.put(static_cast<std::uint32_t>(done.files.size()));
+  for (const auto& [name, bytes] : done.files) {
+    fields.put_text(name, kMostText, "a file");
+    fields.put(bytes);
   }
   for (const std::uint64_t number : {done.tables_checksum, done.records_checksum, done.digest.high,
                                      done.digest.low, std::bit_cast<std::uint64_t>(done.seconds)})
@@ -174,11 +182,11 @@ DoneFile read_fields(const Directory& directory, const PlanFile& plan, std::uint
   const auto count = fields.take<std::uint32_t>("the number of files");
   fields.require(count == names.size(), "the number of files", count);
   for (const std::string& expected : names) {
-    PartContent::LevelOfPart level;
-    level.name = fields.take_text(kMostText, "a file");
-    fields.require(level.name == expected, "a file", level.name);
-    level.bytes = fields.take<std::uint64_t>("the size of a file");
-    done.levels.push_back(std::move(level));
+    PartContent::FileOfPart of;
+    of.name = fields.take_text(kMostText, "a file");
+    fields.require(of.name == expected, "a file", of.name);
+    of.bytes = fields.take<std::uint64_t>("the size of a file");
+    done.files.push_back(std::move(of));
   }
   for (std::uint64_t* number :
        {&done.tables_checksum, &done.records_checksum, &done.digest.high, &done.digest.low})
@@ -199,10 +207,12 @@ void check_files_of(const Directory& directory, const PlanFile& plan, const Done
   const std::uint32_t part = done.part;
   const std::string name = done_file_name(part);
   const Directory inside = open_part_directory(directory, name, done);
-  for (const auto& level : done.levels) check_size(inside, level.name, level.bytes);
+  for (const auto& [file, bytes] : done.files) check_size(inside, file, bytes);
   const PlannedPart& planned = plan.plan.parts[part];
   // A block has one slot or more; a record at most three numbers of eight bytes.
-  const std::uint64_t levels = plan.plan.pass ? plan.of_pass.level_count : done.levels.size();
+  const auto of_attribute = static_cast<std::uint64_t>(plan.plan.levels - plan.plan.base_level);
+  const std::uint64_t levels =
+      plan.plan.pass ? plan.of_pass.level_count : (plan.normals ? 2 : 1) * of_attribute;
   const std::uint64_t record_bytes = plan.plan.pass ? plan.plan.pass->result.record_bytes()
                                                     : (plan.normals ? 2 : 1) * 3 * sizeof(double);
   check_content(inside, tables_file_name(plan.version(), part),

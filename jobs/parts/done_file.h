@@ -24,7 +24,7 @@ struct DoneFile {
   std::string directory;  ///< with the part's files
   /// PartContent::description, encoded; of a pass, its seal_of().
   std::vector<std::byte> description;
-  std::vector<PartContent::LevelOfPart> levels;
+  std::vector<PartContent::FileOfPart> files;
   std::uint64_t tables_checksum = 0, records_checksum = 0;
   Digest digest;
   double seconds = 0;

@@ -24,9 +24,9 @@ void give_files_of_parts(const Directory& plan_directory, const std::vector<Done
   const auto give_part = [&](std::size_t at) {
     const DoneFile& done = parts[at];
     const Directory inside(plan_directory, done.directory);
-    for (const auto& level : done.levels) {
-      give(inside, level.name, store);
-      of_parts[at].push_back({level.name, level.bytes});
+    for (const auto& [name, bytes] : done.files) {
+      give(inside, name, store);
+      of_parts[at].push_back({name, bytes});
     }
     const std::string tables = tables_file_name(version, done.part);
     give(inside, tables, store);

@@ -141,7 +141,7 @@ PartResult make_part(const std::filesystem::path& plan, std::uint32_t part,
                             plan.native()));
   const auto result_of = [&](const DoneFile& done, bool was_done) {
     PartResult result{was_done, done.digest.to_string(), 0, done.seconds};
-    for (const auto& level : done.levels) result.bytes += level.bytes;
+    for (const auto& levels : done.files) result.bytes += levels.bytes;
     return result;
   };
   if (!options.again)
@@ -163,7 +163,7 @@ PartResult make_part(const std::filesystem::path& plan, std::uint32_t part,
   write_synced(made.made(), tables_file_name(file.version(), part), content.tables);
   write_synced(made.made(), kRecordsName, content.base_records);
   done.description = std::move(computed.description);
-  done.levels = std::move(content.levels);
+  done.files = std::move(content.files);
   done.tables_checksum = checksum_of(content.tables);
   done.records_checksum = checksum_of(content.base_records);
   done.seconds = clock.seconds();

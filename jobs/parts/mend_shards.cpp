@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -16,10 +17,12 @@
 #include "io/unpublished.h"
 #include "maintenance/repair_files.h"
 #include "parts/link_or_copy.h"
+#include "parts/moved_blocks.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
 #include "plait/extend/file.h"
 #include "store/left_overs.h"
+#include "store/parts/shard_place.h"
 #include "store/parts/shard_tables.h"
 #include "store/recovery.h"
 #include "store/stored_version.h"
@@ -62,13 +65,6 @@ bool is_same(const Directory& store, const Directory& part, const std::string& n
   return false;
 }
 
-bool same_entries(std::span<const BlockEntry> one, std::span<const BlockEntry> other) {
-  return std::ranges::equal(one, other, [](const BlockEntry& a, const BlockEntry& b) {
-    return a.offset == b.offset && a.stored_bytes == b.stored_bytes && a.encoding == b.encoding &&
-           a.checksum == b.checksum;
-  });
-}
-
 class Mender {
  public:
   Mender(const Directory& plan_directory, const PlanFile& plan, const std::filesystem::path& path)
@@ -92,52 +88,77 @@ class Mender {
     const auto look_at = [&](const std::string& name) {
       if (needed_.contains(name) && !is_same(store_, inside, name)) names.push_back(name);
     };
-    for (const auto& level : done.levels) look_at(level.name);
+    for (const auto& file : done.files) look_at(file.name);
     look_at(tables_file_name(1, done.part));
     return names;
   }
 
-  /// Throws unless the store records the checksums of the part's blocks.
-  void check(const DoneFile& done, const Directory& inside) {
+  /// Throws unless the store records the checksums of the part's blocks. Of the files `names`,
+  /// keeps those with other blocks; the part may have the same ones in another order.
+  void check(const DoneFile& done, const Directory& inside, std::vector<std::string>& names) {
+    moved_.clear();
     const VersionDescription& at = version_.description();
-    if (version_.manifest().sequence == 1) {
-      if (at.shards[done.part].tables_checksum != done.tables_checksum) refuse(done);
+    if (version_.manifest().sequence == 1 &&
+        at.shards[done.part].tables_checksum == done.tables_checksum)
       return;
-    }
     if (!mesh_) mesh_ = version_.read_base_mesh();
     std::vector<StoredLevel> levels = version_.levels(*mesh_);
     std::vector<LevelGeometry> in_store, in_part;
-    std::vector<std::size_t> common;  // [level of the part] its number in the store
+    std::vector<std::pair<std::size_t, std::string>> common;  // [level of the part] in the store
     for (std::size_t number = 0; number < levels.size(); ++number) {
       in_store.push_back(levels[number].geometry.shard(done.part));
-      const std::string name =
-          level_file_name(levels[number].number, levels[number].level, 1, done.part);
-      if (std::ranges::find(done.levels, name, &PartContent::LevelOfPart::name) ==
-          done.levels.end())
+      std::string name = shard_file_name(at.shares_files, levels[number].number,
+                                         levels[number].level, 1, done.part);
+      if (std::ranges::find(done.files, name, &PartContent::FileOfPart::name) == done.files.end())
         continue;
-      common.push_back(number);
+      moved_[name];
+      common.emplace_back(number, std::move(name));
       in_part.push_back(in_store.back());
     }
-    if (common.size() != done.levels.size()) refuse(done);
-    const auto of_store = read_shard_tables(
-        store_, tables_file_name(version_.manifest().sequence, done.part), plan_.plan.uuid,
-        done.part, at.shards[done.part].tables_checksum, in_store);
+    if (moved_.size() != done.files.size()) refuse(done);
+    const auto of_store = tables_of_store(done, in_store);
     const auto of_part = read_shard_tables(inside, tables_file_name(1, done.part), plan_.plan.uuid,
                                            done.part, done.tables_checksum, in_part);
-    for (std::size_t number = 0; number < common.size(); ++number)
-      if (!same_entries(of_store[common[number]], of_part[number])) refuse(done);
+    for (std::size_t number = 0; number < common.size(); ++number) {
+      const auto& [level, name] = common[number];
+      if (!add_blocks(of_store[level], of_part[number], moved_[name])) refuse(done);
+    }
+    std::erase_if(moved_, [](const auto& file) { return !are_moved(file.second); });
+    std::erase_if(names, [&](const std::string& name) {
+      const auto file = moved_.find(name);
+      return file == moved_.end() ? name == tables_file_name(1, done.part)
+                                  : have_same_blocks(store_, inside, name, file->second);
+    });
   }
 
   void replace(const std::vector<std::string>& names, const Directory& inside) const {
     UnpublishedDirectory scratch(path_ / kRepairStem, "repair", MadeProof::kMark,
                                  remove_made_files);
     for (const std::string& name : names) {
-      link_or_copy(inside, name, scratch.directory());
+      if (const auto file = moved_.find(name); file != moved_.end())
+        write_moved(inside, name, file->second, scratch.directory());
+      else
+        link_or_copy(inside, name, scratch.directory());
       replace_file(path_, version_.manifest().sequence, name, scratch.directory());
     }
   }
 
  private:
+  std::vector<std::vector<BlockEntry>> tables_of_store(const DoneFile& done,
+                                                       std::span<const LevelGeometry> levels) const
+      try {
+    return read_shard_tables(store_, tables_file_name(version_.manifest().sequence, done.part),
+                             plan_.plan.uuid, done.part,
+                             version_.description().shards[done.part].tables_checksum, levels);
+  } catch (const Error& error) {
+    if (version_.manifest().sequence != 1 || error.code() == ErrorCode::kIo) throw;
+    throw Error(error.code(),
+                fmt::format("join {}: part {} has its blocks in another order than shard {} had, "
+                            "whose tables are damaged: {}; make the part again (plait part "
+                            "--again --threads 1)",
+                            plan_directory_.path().native(), done.part, done.part, error.what()))
+        .about(path_);
+  }
   [[noreturn]] void refuse(const DoneFile& done) const {
     throw Error(ErrorCode::kBadState,
                 fmt::format("join {}: part {} has other blocks than shard {} of {} had",
@@ -151,6 +172,7 @@ class Mender {
   StoredVersion version_;
   const std::set<std::string> needed_;
   std::optional<BaseMesh> mesh_;
+  std::map<std::string, std::vector<MovedBlock>> moved_;  ///< of the part that was checked
 };
 
 }  // namespace
@@ -162,9 +184,10 @@ void mend_shards(const Directory& plan_directory, const PlanFile& plan,
   Mender mender(plan_directory, plan, path);
   for (const DoneFile& done : parts) {
     const Directory inside(plan_directory, done.directory);
-    const std::vector<std::string> names = mender.damaged(done, inside);
+    std::vector<std::string> names = mender.damaged(done, inside);
     if (names.empty()) continue;
-    mender.check(done, inside);
+    mender.check(done, inside, names);
+    if (names.empty()) continue;
     read_blocks(done);
     mender.replace(names, inside);
     if (warn)

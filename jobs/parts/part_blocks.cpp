@@ -8,6 +8,7 @@
 #include "format/file_names.h"
 #include "plait/extend/backend.h"
 #include "plait/extend/base_relative_level.h"
+#include "store/parts/shard_place.h"
 #include "store/parts/shard_tables.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -50,11 +51,11 @@ void PartBlocks::read_all(const Directory& plan_directory, const DoneFile& part)
                        levels_[at].first_block(part.part));
       std::ranges::copy(tables[at], table.entries().begin());
       table.set_generation(record.generation);
-      LevelSpec spec{
-          inside,          level_file_name(attribute.number, level, plan_.version(), part.part),
-          OpenMode::kRead, alone[at],
-          table,           attribute.schema,
-          record.pipeline};
+      LevelSpec spec{inside,         {}, OpenMode::kRead, alone[at], table, attribute.schema,
+                     record.pipeline};
+      place_of({attribute.number, level, plan_.version(), part.part, alone[at]}, plan_.shares_files,
+               backend_.traits)
+          .put_into(spec);
       spec.surroundings = {
           mesh_.topology(), description_.provenance.base_level, {}, mesh_.positions()};
       const std::unique_ptr<Backend> backend = volume->open_level(spec);

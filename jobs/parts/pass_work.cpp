@@ -71,6 +71,7 @@ VersionDescription check_pass_fits(const PlanFile& plan, const StoredVersion& ve
   require("faces", description.face_count, plan.face_count);
   require("base level", description.provenance.base_level, plan.plan.base_level);
   require("parts", description.shards.size(), plan.plan.parts.size());
+  require("files of several levels", description.shares_files, plan.shares_files);
   for (std::size_t at = 0; at < description.shards.size(); ++at)
     require("first edge of a part", description.shards[at].first_edge,
             plan.plan.parts[at].first_edge);

@@ -65,6 +65,7 @@ PlanFile plan_of(const StoredVersion& version, const std::filesystem::path& stor
   file.face_count = at.face_count;
   file.base_mesh = {at.base_mesh_bytes, at.base_mesh_checksum};
   file.block_bytes = at.block_bytes;
+  file.shares_files = at.shares_files;
   file.scheme = made.scheme;
   file.layout = made.layout;
   file.limit = made.limit;

@@ -20,6 +20,7 @@ namespace {
 
 constexpr char kPlanKind[] = "plait plan", kPassKind[] = "plait pass";
 constexpr std::uint64_t kMostPlanBytes = 256u << 20;
+constexpr std::uint8_t kLimit = 1, kSharesFiles = 2;
 
 void put_pass(FieldWriter& fields, const PlannedPass& planned, const PassVersion& version) {
   const Pass& pass = planned.pass;
@@ -95,7 +96,8 @@ void write_plan_file(const Directory& directory, const PlanFile& file) {
   fields.put(static_cast<std::uint32_t>(plan.levels));
   fields.put(static_cast<std::uint8_t>(file.precision));
   fields.put(static_cast<std::uint8_t>(file.normals));
-  fields.put(static_cast<std::uint8_t>(file.limit));
+  fields.put(static_cast<std::uint8_t>((file.limit ? kLimit : 0) |
+                                       (file.shares_files ? kSharesFiles : 0)));
   for (const std::string* text :
        {&file.scheme, &file.layout, &plan.backend, &file.position_pipeline, &file.normal_pipeline})
     fields.put_text(*text, kMostText, "an option");
@@ -139,7 +141,10 @@ PlanFile read_plan_file(const Directory& directory) {
       file.precision == ComponentType::kFloat32 || file.precision == ComponentType::kFloat64,
       "the precision", precision);
   file.normals = fields.take<std::uint8_t>("an option") != 0;
-  file.limit = fields.take<std::uint8_t>("an option") != 0;
+  const auto flags = fields.take<std::uint8_t>("the flags");
+  fields.require((flags & ~(kLimit | kSharesFiles)) == 0, "the flags", flags);
+  file.limit = (flags & kLimit) != 0;
+  file.shares_files = (flags & kSharesFiles) != 0;
   for (std::string* text :
        {&file.scheme, &file.layout, &plan.backend, &file.position_pipeline, &file.normal_pipeline})
     *text = fields.take_text(kMostText, "an option");

@@ -28,6 +28,7 @@ struct PlanFile {
   std::string scheme, layout;
   ComponentType precision = ComponentType::kFloat32;
   bool normals = false, limit = false;
+  bool shares_files = false;  ///< a part has one file for all levels of an attribute
   std::uint64_t block_bytes = 0;
   std::string position_pipeline, normal_pipeline;  ///< empty: the backend's default
   PassVersion of_pass;                             ///< if plan.pass

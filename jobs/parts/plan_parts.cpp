@@ -152,8 +152,9 @@ void add_figures(PlanFile& file, const BaseMesh& mesh, const EdgesInOrder& edges
   plan.parts = figures_of_parts(edges, starts, cost);
   for (PlannedPart& part : plan.parts) part.bytes = part.records * bytes_of_records(file);
   const std::uint64_t attributes = file.normals ? 2 : 1;
-  plan.files = plan.parts.size() * (attributes * static_cast<std::uint64_t>(cost.levels) + 1) +
-               attributes + 4;  // and base records, base.mesh, version, manifest, lock
+  const auto files = file.shares_files ? 1 : static_cast<std::uint64_t>(cost.levels);
+  plan.files = plan.parts.size() * (attributes * files + 1) + attributes +
+               4;  // and base records, base.mesh, version, manifest, lock
   if (wants_index({}, mesh)) ++plan.files;
 }
 
@@ -251,6 +252,7 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   file.layout = to_string(layout);
   file.normals = request.normals;
   file.limit = request.limit;
+  file.shares_files = backend.traits.shares_files;
   file.block_bytes =
       request.block_bytes != 0 ? request.block_bytes : default_block_bytes(backend.traits);
 

@@ -53,6 +53,7 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
   file.face_count = at.face_count;
   file.base_mesh = {at.base_mesh_bytes, at.base_mesh_checksum};
   file.block_bytes = at.block_bytes;
+  file.shares_files = at.shares_files;
   file.layout = at.provenance.layout;
   PlannedPass& planned = plan.pass.emplace();
   planned.store = absolute_path(request.store).lexically_normal();
@@ -73,8 +74,9 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("plan pass over {}: expected levels over the base mesh, found none",
                             request.store.native()));
-  plan.files = at.shards.size() * (file.of_pass.level_count + 1) + next.attributes.size() +
-               next.face_attributes.size() + 4;
+  const std::uint64_t files = file.shares_files ? next.attributes.size() : file.of_pass.level_count;
+  plan.files =
+      at.shards.size() * (files + 1) + next.attributes.size() + next.face_attributes.size() + 4;
   return file;
 }
 

@@ -69,6 +69,7 @@ void SubdivisionWork::make_store(const std::filesystem::path& path,
                                  const std::function<void(std::size_t)>& tell) const {
   const Directory store = claim_store_directory(path, Durability::kCommit);
   VersionDescription description = description_of(parts);
+  description.shares_files = plan_.shares_files;
   std::vector<ExpectedFile> expected;
   link_or_copy(directory_, kBaseMeshName, store);
   expected.push_back({kBaseMeshName, plan_.base_mesh.bytes});

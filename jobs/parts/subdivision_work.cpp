@@ -81,9 +81,10 @@ Store SubdivisionWork::create_store(std::uint32_t part, const Directory& directo
                          normal = plan_.normal_pipeline](const AttributeSchema& schema) {
       return LevelPipelines(schema.name == "normal" ? normal : position);
     };
-  Store made = create_part_store(directory.path(), mesh, store, backends,
-                                 {.layout = plan_.layout, .base_level = plan_.plan.base_level},
-                                 {plan_.plan.uuid, shards(), part, plan_.base_mesh});
+  Store made =
+      create_part_store(directory.path(), mesh, store, backends,
+                        {.layout = plan_.layout, .base_level = plan_.plan.base_level},
+                        {plan_.plan.uuid, shards(), part, plan_.base_mesh, plan_.shares_files});
   add_base_positions(made, plan_.precision);
   return made;
 }

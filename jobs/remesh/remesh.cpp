@@ -116,6 +116,10 @@ class ScanRun {
  private:
   void check_request() const;
   void check_memory(std::uint64_t scan_faces) const;
+  void warn_of_fewer(std::string_view step, const Store& store, int threads) const {
+    warn_of_fewer_threads(step, threads, request_.threads, store.options().budget_bytes,
+                          watch_.warn);
+  }
   void check_counts() const;
   void read_scan();
   void search();
@@ -285,15 +289,21 @@ void ScanRun::write_store(const std::filesystem::path& path) {
   store.commit();
   report_.backend = store.options().backend;
   report_.stored_bytes = store.info().stored_bytes;
-  if (request_.digest) report_.digest = digest(store, {.threads = request_.threads}).to_string();
+  if (request_.digest) {
+    DigestOptions how;
+    how.threads = request_.threads;
+    how.begins = [&](int threads) { warn_of_fewer("digest", store, threads); };
+    report_.digest = digest(store, how).to_string();
+  }
   store.close();
 }
 
 void ScanRun::fill(Store& store, WorkPart writing, WorkPart writing_attributes) {
   const SampledSurface& surface = sampled_.surface;
   write_levels(surface, report_.precision, store, request_.threads, progress_.during(writing));
-  write_attributes(attributes_, scan_, sampled_.samples, surface, store, request_.threads,
-                   progress_.during(writing_attributes));
+  const auto begins = [&](int threads) { warn_of_fewer("attributes", store, threads); };
+  write_attributes(attributes_, scan_, sampled_.samples, surface, store,
+                   {request_.threads, progress_.during(writing_attributes), begins});
 }
 
 /// From all levels, in memory.

@@ -87,7 +87,7 @@ void write_levels(const SampledSurface& surface, ComponentType precision, Store&
 
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,
                       std::span<const SurfacePoint> samples, const SampledSurface& surface,
-                      Store& store, int threads, const ProgressCallback& progress) {
+                      Store& store, const AttributeWriting& options) {
   const SampleNumbers numbers(store.base(), surface.levels);
   const std::size_t faces = store.base().face_count();
   for (std::size_t attribute = 0; attribute < attributes.count(); ++attribute) {
@@ -105,14 +105,16 @@ void write_attributes(const ScanAttributes& attributes, const Surface& scan,
       }
     };
     const auto report = [&](FaceId done) {
-      if (progress &&
-          !progress({"attributes", attribute * faces + done, attributes.count() * faces}))
+      if (options.progress &&
+          !options.progress({"attributes", attribute * faces + done, attributes.count() * faces}))
         throw Error(ErrorCode::kCancelled, "remesh: cancelled, attributes");
     };
     write_patches(store, {.job = "remesh",
                           .writer = {.attributes = {schema.name}},
-                          .threads = threads,
+                          .threads = options.threads,
                           .faces_at_once = kFacesAtOnce,
+                          .scratch_bytes = patch_vertex_count(numbers.size()) * bytes,
+                          .begins = options.begins,
                           .fill = fill,
                           .report = report});
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -29,12 +30,17 @@ struct SampledSurface {
 void write_levels(const SampledSurface& surface, ComponentType precision, Store& store, int threads,
                   const ProgressCallback& progress);
 
+struct AttributeWriting {
+  int threads = 1;
+  ProgressCallback progress = {};  ///< counts faces of the base mesh, those of all attributes
+  std::function<void(int threads)> begins = {};  ///< as in PatchFilling
+};
+
 /// Adds the attributes of the scan, and writes all their levels: the records at `samples`, which
-/// are in the order of SampleNumbers. All threads of the present arena. `progress` counts faces of
-/// the base mesh, those of all attributes. Errors: kCancelled; those of PatchWriter.
+/// are in the order of SampleNumbers. Errors: kCancelled; those of PatchWriter.
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,
                       std::span<const SurfacePoint> samples, const SampledSurface& surface,
-                      Store& store, int threads, const ProgressCallback& progress);
+                      Store& store, const AttributeWriting& options);
 
 /// The small triangles of the finest level, in doubles.
 IndexedMesh small_triangles(const SampledSurface& surface);

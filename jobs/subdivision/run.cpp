@@ -222,6 +222,10 @@ void PlannedRun::read_back() {
   DigestOptions options;
   options.threads = request_.threads;
   options.progress = [&](const Progress& now) { return tell(now); };
+  options.begins = [&](int threads) {
+    warn_of_fewer_threads("digest", threads, request_.threads, store_->options().budget_bytes,
+                          watch_.warn);
+  };
   result_.digest = digest(*store_, options).to_string();
   result_.digest_seconds = clock.seconds();
 }

@@ -108,7 +108,6 @@ std::uint64_t VisitPlan::grid_bytes() const {
 
 void VisitPlan::choose_threads() {
   const std::uint64_t grids = grid_bytes();
-  if (grids == 0) return;
   const std::uint64_t budget = StoreAccess::pager(*store_).budget_bytes();
   while (threads_ > 1) {
     lent_bytes_ = static_cast<std::uint64_t>(threads_ - 1) * grids;

@@ -29,6 +29,7 @@ struct Mistake {
   bool long_messages = false;      ///< a message has two lines
   bool needs_itself = false;       ///< a block needs itself
   bool moves = false;              ///< address() differs from call to call
+  bool begins_at_zero = false;     ///< a level in a shared file
 };
 
 class BrokenBackend final : public ForwardingBackend {
@@ -98,7 +99,9 @@ RegisteredBackend broken(const char* name, const Mistake& mistake) {
     if (mistake.creates_missing && level.mode == OpenMode::kRead &&
         !level.directory.contains(level.name))
       File(level.directory, level.name, OpenMode::kCreate);
-    return std::make_unique<BrokenBackend>(inner.open_level(level), level, mistake);
+    LevelSpec opened = level;
+    if (mistake.begins_at_zero) opened.first_byte = 0;
+    return std::make_unique<BrokenBackend>(inner.open_level(opened), level, mistake);
   });
   return entry;
 }
@@ -143,7 +146,8 @@ TEST_CASE("Conformance_BackendWithOneMistake_NamesThePromiseThatItBreaks") {
       {{.creates_missing = true}, "pread", {"open-modes"}},
       {{.long_messages = true}, "pread", {"request-in-bounds"}},
       {{.needs_itself = true}, "memory", {"context-is-stable"}},
-      {{.moves = true}, "memory", {"address-in-memory"}}};
+      {{.moves = true}, "memory", {"address-in-memory"}},
+      {{.begins_at_zero = true}, "pread", {"shared-file"}}};
   for (const Case& one : cases) {
     const std::vector<std::string> found = broken_promises(broken(one.backend, one.mistake));
     CAPTURE(one.backend, one.promises, found);

@@ -44,6 +44,7 @@ bool check_description(std::span<const std::byte> bytes) {
   check_description(bytes, kKnownOptionalFeatures, 0);
   check_description(bytes, kKnownOptionalFeatures, kShards);
   check_description(bytes, 0, kShards);
+  check_description(bytes, 0, kShards | kSharedFiles);
   check_description(bytes, kKnownOptionalFeatures, kDepths);
   check_description(bytes, 0, kDepths);
   return check_description(bytes, 0, 0);

@@ -254,6 +254,26 @@ TEST_CASE("ImportMesh_OnThePoolOfTheProgram_WritesTheSamePatchesAndStops") {
   }
 }
 
+TEST_CASE("ImportMesh_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysSo") {
+  const Store original = loop_store(icosahedron(), 5);
+  const Files files;
+  write_ply(files.mesh, shuffled(triangles_of(original), 5));
+  ImportRequest request = files.request();
+  request.max_slot_bytes = 1 << 20;
+  std::vector<std::string> warnings;
+  JobWatch watch;
+  watch.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  import_mesh(request, default_backends(), watch);
+  CHECK(warnings.empty());
+  const auto expected = patches_of(files.open(), 5);
+  fs::remove_all(files.store);
+  request.threads = 200;
+  import_mesh(request, default_backends(), watch);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Catch::Contains("threads of 200") && Catch::Contains("budget"));
+  CHECK(patches_of(files.open(), 5) == expected);
+}
+
 TEST_CASE("ImportMesh_WhatIsNoManifold_IsRefusedByName") {
   const Files files;
   const auto refused = [&](const IndexedMesh& mesh, const std::string& words) {

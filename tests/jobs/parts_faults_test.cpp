@@ -248,7 +248,7 @@ TEST_CASE("PassPartsAndJoin_ShortAndInterruptedTransfers_ChangeNoRecord") {
 TEST_CASE("PassPart_FilesOfTheCommitNotVisibleYet_FailsAndEndsWellLater") {
   const PlannedPasses planned;
   for (const char* const name :
-       {"manifest", "version.1", "version.1.shard0", "attribute0.level02.1.shard0", "base.mesh",
+       {"manifest", "version.1", "version.1.shard0", "attribute0.levels.1.shard0", "base.mesh",
         "attribute0.base.1", "plan"}) {
     CAPTURE(name);
     {
@@ -292,7 +292,7 @@ TEST_CASE("PassJoin_PartsNotVisibleYet_AreNamedAndJoinedLater") {
     return join(planned.plan, planned.on.sharded());
   };
   CHECK(joined_without({"done.2"}).missing == std::vector<std::uint32_t>{2});
-  CHECK(joined_without({"attribute1.level02.2.shard1"}).bad == std::vector<std::uint32_t>{1});
+  CHECK(joined_without({"attribute1.levels.2.shard1"}).bad == std::vector<std::uint32_t>{1});
   CHECK(joined_without({"version.2.shard0", "done.1"}).again() == "0-1");
   CHECK(joined_without({"records"}).bad == std::vector<std::uint32_t>{0, 1, 2});
   CHECK(digest_of(planned.on.sharded()) == planned.before);

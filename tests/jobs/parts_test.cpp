@@ -414,14 +414,14 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
   make_all(plan, kParts);
   using Numbers = std::vector<std::uint32_t>;
   SECTION("a file of a level is cut") {
-    const fs::path file = directory_of(plan, 3) / "attribute0.level03.1.shard3";
+    const fs::path file = directory_of(plan, 3) / "attribute0.levels.1.shard3";
     fs::resize_file(file, fs::file_size(file) - 1);
     CHECK(wrong_parts(here.path(), plan) == Numbers{3});
     CHECK_FALSE(make_part(plan, 3, {}, default_backends()).was_done);
     CHECK(join(plan, here.path() / "s.plait").has_store);
   }
   SECTION("a file of a level, the tables or done.I are missing") {
-    fs::remove(directory_of(plan, 2) / "attribute1.level03.1.shard2");
+    fs::remove(directory_of(plan, 2) / "attribute1.levels.1.shard2");
     fs::remove(directory_of(plan, 4) / "version.1.shard4");
     fs::remove(plan / "done.5");
     CHECK(wrong_parts(here.path(), plan) == Numbers{2, 4});
@@ -479,7 +479,7 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     replace_by_link(plan / "done.0");
     replace_by_link(directory_of(plan, 1));
     replace_by_link(directory_of(plan, 2) / "records");
-    replace_by_link(directory_of(plan, 3) / "attribute0.level02.1.shard3");
+    replace_by_link(directory_of(plan, 3) / "attribute0.levels.1.shard3");
     const fs::path fifo = directory_of(plan, 4) / "version.1.shard4";
     fs::remove(fifo);
     REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
@@ -508,8 +508,8 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
   }
   SECTION("done.I says what no part of the plan has, with the right checksum") {
     forge(plan / "done.0", "part.0-", "part.1-");  // the directory of another part
-    forge(plan / "done.1", "attribute0.level03.1.shard1", "attribute0.level03.1.shard2");
-    forge(plan / "done.2", "attribute0.level03.1.shard2", "attribute0.level02.1.shard2");  // twice
+    forge(plan / "done.1", "attribute0.levels.1.shard1", "attribute0.levels.1.shard2");
+    forge(plan / "done.2", "attribute1.levels.1.shard2", "attribute0.levels.1.shard2");  // twice
     forge(plan / "done.3", "part.3-", "part.3/");
     forge(plan / "done.4", "normal", "normaL");  // another description than the others have
     const JoinResult joined = refused_join(here.path(), plan);
@@ -529,7 +529,7 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     CHECK_THAT(joined.reasons[0], Catch::Contains("of another plan"));
   }
   SECTION("a block is damaged, which only --verify reads") {
-    const fs::path file = directory_of(plan, 5) / "attribute0.level02.1.shard5";
+    const fs::path file = directory_of(plan, 5) / "attribute0.levels.1.shard5";
     std::string bytes = bytes_of(file);
     bytes[40] = static_cast<char>(bytes[40] ^ 1);
     std::ofstream(file, std::ios::binary) << bytes;
@@ -545,7 +545,7 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
       CHECK(early.missing == Numbers{2});
       REQUIRE(early.bad == Numbers{3, 5});
       CHECK_THAT(early.reasons[0], Catch::Contains("the directory is part."));
-      CHECK_THAT(early.reasons[1], Catch::Contains("attribute0.level02.1.shard5"));
+      CHECK_THAT(early.reasons[1], Catch::Contains("attribute0.levels.1.shard5"));
     }
   }
   SECTION("the base mesh is another one") {
@@ -581,7 +581,7 @@ TEST_CASE("Join_RunAgain_FindsItsStoreAndChangesNothing") {
   CHECK(fs::last_write_time(path) == written);
   SECTION("a block of the store is damaged, which only --verify reads") {
     // The store has a file of its own: the part has the bytes of before.
-    const fs::path file = path / "attribute0.level02.1.shard4";
+    const fs::path file = path / "attribute0.levels.1.shard4";
     std::string bytes = bytes_of(file);
     bytes[40] = static_cast<char>(bytes[40] ^ 1);
     fs::remove(file);
@@ -682,7 +682,7 @@ TEST_CASE("Join_BesideAPartThatIsMadeAgain_ReadsItAgain") {
       CAPTURE(kind == Kind::kOpen, verify);
       JoinOptions options;
       options.verify = verify;
-      const BeforeOperation again(kind, "attribute0.level02.1.shard2", [&] {
+      const BeforeOperation again(kind, "attribute0.levels.1.shard2", [&] {
         PartOptions make;
         make.again = true;
         make_part(plan, 2, make, default_backends());
@@ -720,9 +720,9 @@ TEST_CASE("PlanAgain_OfAStore_MendsAShardByOnePart") {
   CHECK(made.parts.size() == 4);
   CHECK(bytes_of(again / "plan") == bytes_of(plan / "plan"));
   fs::remove_all(plan);
-  const fs::path level = path / "attribute1.level03.1.shard2";
+  const fs::path level = path / "attribute1.levels.1.shard2";
   damage(level, 5);
-  SECTION("a file is missing too") { CHECK(fs::remove(path / "attribute0.level02.1.shard2")); }
+  SECTION("a file is missing too") { CHECK(fs::remove(path / "attribute0.levels.1.shard2")); }
   SECTION("a file is cut") {
     fs::resize_file(level, fs::file_size(level) / 2);
     CHECK(fs::file_size(level) > 0);
@@ -758,7 +758,7 @@ TEST_CASE("PlanAgain_PartWithOtherBlocks_MendsNothing") {
   fs::remove_all(plan);
   plan_again(path, plan, default_backends());
   make_part(plan, 1, {}, default_backends());
-  const fs::path level = path / "attribute0.level02.1.shard1";
+  const fs::path level = path / "attribute0.levels.1.shard1";
   damage(level, 7);
   const std::string damaged = bytes_of(level);
   // The part is damaged too: its tables are right, its blocks are not.
@@ -785,7 +785,7 @@ TEST_CASE("Join_WhoseFilesAnotherProcessRemoves_PublishesNothing") {
   plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 3),
              default_backends());
   make_all(plan, 3);
-  for (const char* const name : {"attribute0.level02.1.shard1", "version.1.shard0", "base.mesh"}) {
+  for (const char* const name : {"attribute0.levels.1.shard1", "version.1.shard0", "base.mesh"}) {
     CAPTURE(name);
     const BeforeOperation remove(FileOperation::Kind::kWrite, "version.1",
                                  [&] { fs::remove(unfinished_in(here.path()) / name); });

@@ -336,7 +336,7 @@ TEST_CASE("PassJoin_PartsMissingWrongOrStale_NamesThemByNumber") {
   CHECK(wrong().again() == "1,3-5");
   make_parts(plan);
   SECTION("files are cut or missing") {
-    const fs::path level = directory_of(plan, 3) / "attribute1.level03.2.shard3";
+    const fs::path level = directory_of(plan, 3) / "attribute1.levels.2.shard3";
     fs::resize_file(level, fs::file_size(level) - 1);
     fs::remove(directory_of(plan, 4) / "version.2.shard4");
     fs::resize_file(plan / "done.5", fs::file_size(plan / "done.5") - 1);
@@ -365,7 +365,7 @@ TEST_CASE("PassJoin_PartsMissingWrongOrStale_NamesThemByNumber") {
     CHECK_THAT(joined.reasons.at(0), Catch::Contains("of another plan"));
   }
   SECTION("a block is damaged, which only --verify reads") {
-    const fs::path file = directory_of(plan, 5) / "attribute1.level02.2.shard5";
+    const fs::path file = directory_of(plan, 5) / "attribute1.levels.2.shard5";
     std::string bytes = bytes_of(file);
     bytes[40] = static_cast<char>(bytes[40] ^ 1);
     write(file, bytes);
@@ -417,7 +417,7 @@ TEST_CASE("PassJoin_AfterOneThatWasKilled_ReplacesWhatThatLeft") {
   const fs::path plan = on.plan(kSmooth);
   make_parts(plan);
   // All but the manifest may be there, whole or not.
-  for (const char* const name : {"attribute1.level03.2.shard1", "version.2.shard0", "version.2",
+  for (const char* const name : {"attribute1.levels.2.shard1", "version.2.shard0", "version.2",
                                  "attribute1.base.2", "version.2.shard2"})
     write(on.sharded() / name, "left");
   CHECK(digest_of(on.sharded()) == before);
@@ -483,7 +483,7 @@ TEST_CASE("OldVersions_WhereNobodyKnowsWhoReads_StayUntilTheirTime") {
   const TemporaryDirectory here(Medium::kMemory);
   const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   on.make_shards(3);
-  const fs::path old = on.sharded() / "attribute0.level03.1.shard1";
+  const fs::path old = on.sharded() / "attribute0.levels.1.shard1";
   const Directory store(on.sharded());
   {
     const NoLocks no_locks;
@@ -513,7 +513,7 @@ TEST_CASE("OldVersions_WhereNobodyKnowsWhoReads_StayUntilTheirTime") {
   const Store reader = Store::open(on.sharded(), {}, default_backends());
   pass_in_parts(on, kSmooth);
   CHECK(remove_versions_replaced_before(store, std::chrono::seconds(0), false).versions_kept == 1);
-  CHECK(fs::exists(on.sharded() / "attribute1.level03.2.shard1"));
+  CHECK(fs::exists(on.sharded() / "attribute1.levels.2.shard1"));
 }
 
 TEST_CASE("PlanAgain_AfterPasses_MendsWhatTheSubdivisionMade") {
@@ -522,7 +522,7 @@ TEST_CASE("PlanAgain_AfterPasses_MendsWhatTheSubdivisionMade") {
   on.make_shards(3);
   pass_in_parts(on, {.name = "normals"});
   const std::string before = digest_of(on.sharded());
-  const fs::path plan = here.path() / "again", level = on.sharded() / "attribute0.level03.1.shard1";
+  const fs::path plan = here.path() / "again", level = on.sharded() / "attribute0.levels.1.shard1";
   std::string bytes = bytes_of(level);
   bytes[3] = static_cast<char>(bytes[3] ^ 1);
   fs::remove(level);

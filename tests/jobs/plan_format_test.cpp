@@ -110,7 +110,7 @@ Planned read_plan(FileFields& fields, const fs::path& plan) {
   planned.finest_level = fields.take<std::uint32_t>();
   CHECK(fields.take<std::uint8_t>() == 2);  // float64
   CHECK(fields.take<std::uint8_t>() == 1);  // normals
-  CHECK(fields.take<std::uint8_t>() == 0);  // limit
+  CHECK(fields.take<std::uint8_t>() == 2);  // no limit positions; one file for all levels
   planned.scheme = fields.take_text();
   for (int text = 0; text < 4; ++text) fields.take_text();  // layout, backend, pipelines
   const auto parts = fields.take<std::uint32_t>();
@@ -164,7 +164,7 @@ TEST_CASE("plan and done.I and records are as the page on formats describes them
     CHECK(made.filename().string().starts_with("part." + std::to_string(part) + "-"));
     CHECK(!done.take_text().empty());  // the description
     const auto files = done.take<std::uint32_t>();
-    CHECK(files == store.attributes.size() * (planned.finest_level - planned.base_level));
+    CHECK(files == store.attributes.size());
     for (std::uint32_t file = 0; file < files; ++file) {
       const std::string name = done.take_text();
       CHECK(done.take<std::uint64_t>() == fs::file_size(made / name));

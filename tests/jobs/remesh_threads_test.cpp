@@ -1,4 +1,5 @@
 // A scan becomes a store by any number of threads, which stop in every phase if they are asked to.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <functional>
@@ -41,6 +42,27 @@ TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
     request.options.parallel_for = pool.loop;
     CHECK(files.run(request).digest == digests[0]);
   }
+}
+
+TEST_CASE("Remesh_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysSo") {
+  const RemeshFiles files;
+  write_with_attributes(files.scan, torus_grid(60, 40));
+  std::vector<std::string> warnings;
+  JobWatch watch;
+  watch.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  RemeshRequest request = files.request(200, 4);
+  request.options.budget_bytes = 1 << 20;
+  request.digest = true;
+  const std::string digest = files.run(request, watch).digest;
+  const auto of_threads = [&] {
+    return std::ranges::count_if(warnings, [](const std::string& warning) {
+      return warning.find("threads of 900") != std::string::npos;
+    });
+  };
+  CHECK(of_threads() == 0);
+  request.threads = 900;
+  CHECK(files.run(request, watch).digest == digest);
+  CHECK(of_threads() > 0);
 }
 
 TEST_CASE("Remesh_OnThePoolOfTheProgram_WritesEachAttributeOfTheScanThere") {

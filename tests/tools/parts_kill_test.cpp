@@ -210,7 +210,7 @@ TEST_CASE("PlanPartJoin_OnTheCommandLine_SayWhatIsMissing") {
   CHECK(repaired.output.find("nothing to repair") != std::string::npos);
   {
     // A bit of a block of shard 1: the rest of the store is as it was.
-    std::fstream file(here.path() / "s.plait/attribute0.level03.1.shard1",
+    std::fstream file(here.path() / "s.plait/attribute0.levels.1.shard1",
                       std::ios::binary | std::ios::in | std::ios::out);
     file.seekg(20);
     const int byte = file.get();

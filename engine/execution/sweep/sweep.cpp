@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "execution/pin_needs.h"
+#include "execution/sweep/sweep_threads.h"
 #include "execution/sweep/sweep_window.h"
 #include "execution/sweep/sweep_workers.h"
 #include "plait/error.h"
@@ -67,13 +69,22 @@ std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int thread
   return window_needs(store, std::move(accesses), threads);
 }
 
+int sweep_threads(Store& store, const SweepPass& pass, int threads) {
+  threads = thread_count(threads, fmt::format("sweep '{}'", pass.name));
+  const std::uint64_t budget = StoreAccess::pager(store).budget_bytes();
+  // The window of more threads grows by powers of two (chunk_edges()).
+  while (threads > 1 && sweep_window_bytes(store, pass, threads) > budget)
+    threads = static_cast<int>(std::bit_floor(static_cast<unsigned>(threads - 1)));
+  return threads;
+}
+
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try {
-  const int threads = thread_count(options.threads, fmt::format("sweep '{}'", pass.name));
   if (!options.takes_depths)
     for (const LevelAccess& access : pass.accesses)
       if (access.first_level <= access.last_level)
         StoreAccess::refuse_depths(store, fmt::format("sweep '{}' over", pass.name),
                                    access.last_level);
+  const int threads = sweep_threads(store, pass, options.threads);
   const std::uint64_t needed_bytes = sweep_window_bytes(store, pass, threads);
   if (needed_bytes > StoreAccess::pager(store).budget_bytes())
     throw Error(

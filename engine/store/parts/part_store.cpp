@@ -39,6 +39,7 @@ Store create_part_store(const std::filesystem::path& directory, BaseMesh base,
   state->shards = std::move(part.shards);
   state->only_shard = part.shard;
   state->base_mesh_size = part.base_mesh;
+  state->shares_files = part.shares_files;
   state->writable = true;
   state->provenance = state->first_provenance = provenance;
   state->path = directory;
@@ -103,9 +104,10 @@ PartContent finish_part_store(Store& store) {
       level->backend->sync(state.options.durability == Durability::kCommit);
       tables.push_back(level->table);
       std::string name = level->path.filename().string();
+      if (!content.files.empty() && content.files.back().name == name) continue;
       const std::uint64_t bytes =
           File(state.in_shards ? state.made_in : state.directory, name, OpenMode::kRead).size();
-      content.levels.push_back({std::move(name), bytes});
+      content.files.push_back({std::move(name), bytes});
     }
   }
   content.description = state.description();

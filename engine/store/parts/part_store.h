@@ -25,6 +25,7 @@ struct PartOfStore {
   EdgeShards shards;
   std::uint32_t shard = 0;
   StoredSize base_mesh = {};  ///< of the store's file base.mesh
+  bool shares_files = false;  ///< as in VersionDescription
 };
 
 /// Makes a store whose levels have only the slots of one shard. `directory` exists and is empty;
@@ -70,11 +71,11 @@ struct PartContent {
   std::vector<std::byte> tables;  ///< the file tables_file_name(version, shard)
   /// Of owned_vertices(), of one attribute after another that the part makes.
   std::vector<std::byte> base_records;
-  struct LevelOfPart {
+  struct FileOfPart {
     std::string name;
     std::uint64_t bytes = 0;
   };
-  std::vector<LevelOfPart> levels;  ///< the files that it makes, in the order of the tables
+  std::vector<FileOfPart> files;  ///< of the levels that it makes, in the order of the tables
 };
 
 /// Writes all blocks and, with kCommit, syncs the files of the levels. Errors: kBadState for an

@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "format/file_names.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
+#include "store/parts/shard_place.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -26,8 +26,10 @@ class ShardLevel final : public Backend {
     opened->geometry = level_.geometry.shard(shard);
     opened->table =
         level_.table.part(level_.geometry.first_block(shard), opened->geometry.block_count());
-    LevelSpec spec{level_.directory, name_of(shard), OpenMode::kRead, opened->geometry,
-                   opened->table,    level_.schema,  level_.pipeline};
+    LevelSpec spec{
+        level_.directory, {}, OpenMode::kRead, opened->geometry, opened->table, level_.schema,
+        level_.pipeline};
+    place_of(shard, opened->geometry).put_into(spec);
     spec.surroundings = level_.surroundings;
     opened->backend = volume_.inner_->open_level(spec);
     return opened;
@@ -56,14 +58,23 @@ class ShardLevel final : public Backend {
   std::uint64_t stored_bytes() const override {
     std::uint64_t bytes = 0;
     for (std::uint32_t shard = 0; shard < level_.geometry.shards().size(); ++shard)
-      bytes += File(level_.directory, name_of(shard), OpenMode::kRead).size();
+      bytes += stored_bytes_of(shard);
     return bytes;
   }
 
  private:
-  std::string name_of(std::uint32_t shard) const {
-    return level_file_name(level_.table.attribute(), level_.table.level(),
-                           level_.table.generation(), shard);
+  std::uint64_t stored_bytes_of(std::uint32_t shard) const {
+    if (!volume_.shares_files_)
+      return File(level_.directory, place_of(shard, level_.geometry).name, OpenMode::kRead).size();
+    // Without opening the files, of which there may be thousands.
+    if (volume_.traits_.overwrites_in_place)
+      return bytes_in_shared_file(level_.geometry.shard(shard));
+    return open_shard(shard)->backend->stored_bytes();
+  }
+  ShardPlace place_of(std::uint32_t shard, const LevelGeometry& alone) const {
+    return plait::place_of(
+        {level_.table.attribute(), level_.table.level(), level_.table.generation(), shard, alone},
+        volume_.shares_files_, volume_.traits_);
   }
   [[noreturn]] void refuse_writing() const {
     throw Error(ErrorCode::kBadState, "write " + level_.path().native() + ": it is in shards");
@@ -73,7 +84,9 @@ class ShardLevel final : public Backend {
   ShardVolume& volume_;
 };
 
-ShardVolume::ShardVolume(std::unique_ptr<Volume> inner) : inner_(std::move(inner)) {}
+ShardVolume::ShardVolume(std::unique_ptr<Volume> inner, bool shares_files,
+                         const BackendTraits& traits)
+    : inner_(std::move(inner)), shares_files_(shares_files), traits_(traits) {}
 ShardVolume::~ShardVolume() = default;
 
 std::unique_ptr<Backend> ShardVolume::open_level(const LevelSpec& level) {

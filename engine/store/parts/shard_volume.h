@@ -30,7 +30,8 @@ class ShardVolume final : public Volume {
   /// The most files that are open, beside those that a thread reads at this moment.
   static constexpr std::size_t kMostOpenFiles = 64;
 
-  explicit ShardVolume(std::unique_ptr<Volume> inner);
+  /// `shares_files`: as in VersionDescription; `traits` are those of the inner volume.
+  ShardVolume(std::unique_ptr<Volume> inner, bool shares_files, const BackendTraits& traits);
   ~ShardVolume() override;
 
   /// Opens a level in shards for reading: files of its shards are opened when they are read. A
@@ -49,6 +50,8 @@ class ShardVolume final : public Volume {
   void close_files_of(const ShardLevel& level) noexcept;
 
   std::unique_ptr<Volume> inner_;
+  bool shares_files_;
+  BackendTraits traits_;
   std::mutex mutex_;
   std::list<std::shared_ptr<OpenShard>> open_;  ///< the one that was used last comes first
 };

@@ -201,6 +201,12 @@ TEST_CASE("LevelGeometry_InShards_BeginsABlockAtEachOfThem") {
           const EdgeId first = shards.first_edge(shard), after = shards.edge_after(shard);
           REQUIRE(cut.first_block(shard) == block);
           REQUIRE(alone.block_count() == (after - first + slots_per_block - 1) / slots_per_block);
+          for (const int other : {1, 2, 5}) {
+            const LevelGeometry of_other(shapes_of(shapes), BaseRelativeLevel(other), 12,
+                                         block_bytes);
+            REQUIRE(alone.total_bytes_at(BaseRelativeLevel(other)) ==
+                    of_other.in_shards(shards).shard(shard).total_bytes());
+          }
           std::uint64_t offset = 0;
           for (EdgeId edge = first; edge < after; ++edge) {
             REQUIRE(shards.shard_of(edge) == shard);

@@ -120,6 +120,28 @@ TEST_CASE("Digest_OtherBackendBlockSizeOrBudget_IsTheSame") {
     }
 }
 
+TEST_CASE("Digest_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysHowMany") {
+  const BaseMesh base = BaseMesh::build(random_sheet(5, 300));
+  Store reference = in_memory(base);
+  const Digest expected = digest(reference);
+  const TemporaryDirectory directory(Medium::kMemory);
+  filled(directory.path() / "s", "pread", base, 0, 4096).commit();
+  for (const auto& [budget, is_enough] :
+       {std::pair{256u << 10, false}, std::pair{64u << 20, true}}) {
+    CAPTURE(budget);
+    const Store store =
+        Store::open(directory.path() / "s", {.budget_bytes = budget}, default_backends());
+    std::vector<int> taken;
+    DigestOptions options;
+    options.threads = 500;
+    options.begins = [&](int threads) { taken.push_back(threads); };
+    CHECK(digest(store, options) == expected);
+    REQUIRE(taken.size() == 1);
+    CHECK(taken[0] >= 1);
+    CHECK((taken[0] == 500) == is_enough);
+  }
+}
+
 TEST_CASE("Digest_OtherOrderOfFaces_IsTheSame") {
   for (const IndexedMesh& mesh : {random_sphere(3, 200), random_sheet(5, 200), two_components()}) {
     const BaseMesh given = BaseMesh::build(mesh);

@@ -115,7 +115,7 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
       {
         Store store =
             Store::open(path, {.writable = true, .budget_bytes = 16 << 20}, default_backends());
-        needed = sweep_window_bytes(store, sums.pass, threads);
+        needed = sweep_window_bytes(store, sums.pass);  // of one thread
       }
       REQUIRE(needed > kSmallestBudget);
       Store store =
@@ -128,6 +128,23 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
       CHECK(store.info().paging.blocks_read == 0);
       CHECK(store.info().paging.peak_frame_bytes == 0);
     }
+}
+
+TEST_CASE("Sweep_WithMoreThreadsThanTheBudgetHolds_TakesFewer") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const BaseMesh base = BaseMesh::build(random_sheet(2, 300));
+  const std::filesystem::path path = make_budget_store(directory, "pread", base);
+  SumPass sums(base, Reach::kFaces);
+  Store store = Store::open(path, {.writable = true, .budget_bytes = 16 << 20}, default_backends());
+  const std::uint64_t one = sweep_window_bytes(store, sums.pass),
+                      many = sweep_window_bytes(store, sums.pass, 200);
+  REQUIRE(many > one);
+  REQUIRE(one >= kSmallestBudget);
+  leave_for_frames(store, many - 1);
+  sweep(store, sums.pass, {200, {}});
+  CHECK(sums.right);
+  CHECK(sums.calls == base.edge_count());
+  CHECK(store.info().paging.peak_frame_bytes < many);
 }
 
 TEST_CASE("SweepWindowBytes_WiderReachOrMoreLevels_NeedsMore") {

@@ -129,7 +129,7 @@ TEST_CASE("DecodeManifest_FieldOutOfRangeWithTheRightChecksum_IsRefusedByName") 
   refused(forged(8, std::uint32_t{2}), "format version 2", ErrorCode::kNotSupported);
   refused(forged(8, std::uint32_t{4}), "format version 4", ErrorCode::kNotSupported);
   refused(forged(12, std::uint32_t{0x80000000u}), "required flag 31", ErrorCode::kNotSupported);
-  refused(forged(12, std::uint32_t{16}), "knows only those of flags 0 to 3",
+  refused(forged(12, std::uint32_t{32}), "knows only those of flags 0 to 4",
           ErrorCode::kNotSupported);
   refused(forged(40, std::uint64_t{0}), "sequence number is 0");
   refused(forged(40, kMaxSequence + 1), "sequence number");

@@ -146,6 +146,16 @@ TEST_CASE("Description_OfShards_IsReadAsWrittenOrRefused") {
   const std::vector<std::byte> bytes = encode_description(version);
   CHECK(required_features_of(version) == kShards);
   CHECK(decode_shards(bytes).shards == version.shards);
+  CHECK_FALSE(decode_shards(bytes).shares_files);
+  version.shares_files = true;
+  CHECK(encode_description(version) == bytes);  // the flag alone says so
+  CHECK(required_features_of(version) == (kShards | kSharedFiles));
+  CHECK(decode_shards(bytes).shares_files);
+  CHECK(error_of([&] {
+          decode_description(encode_description(full_description(2)), kSequence, "the/version.40",
+                             optional_features_of(version), kSharedFiles);
+        }).code() == ErrorCode::kCorruption);
+  version.shares_files = false;
   for (std::size_t missing = 1; missing <= 40; ++missing)
     CHECK(error_of([&] { decode_shards(std::span(bytes).first(bytes.size() - missing)); }).code() ==
           ErrorCode::kCorruption);

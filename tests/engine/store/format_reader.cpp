@@ -109,7 +109,7 @@ Bytes decoded(const std::string& pipeline, const Bytes& stored, std::size_t raw_
   return raw;
 }
 
-constexpr std::uint32_t kInShards = 2, kWithLog = 8;  ///< of the required flags
+constexpr std::uint32_t kInShards = 2, kWithLog = 8, kSharedFiles = 16;  ///< of the required flags
 
 Bytes read_manifest_slot(const std::filesystem::path& path) {
   const Bytes manifest = read_file(path);
@@ -124,11 +124,11 @@ Bytes read_manifest_slot(const std::filesystem::path& path) {
     if (newest.empty() || u64(slot, 40) > u64(newest, 40)) newest = slot;
   }
   require(!newest.empty(), "no slot");
-  require(
-      u32(newest, 8) == 3 &&
-          (u32(newest, 12) == 0 || u32(newest, 12) == kInShards || u32(newest, 12) == kWithLog) &&
-          u32(newest, 16) <= 7,
-      "version, flags");
+  require(u32(newest, 8) == 3 &&
+              (u32(newest, 12) == 0 || u32(newest, 12) == kInShards ||
+               u32(newest, 12) == kWithLog || u32(newest, 12) == (kInShards | kSharedFiles)) &&
+              u32(newest, 16) <= 7,
+          "version, flags");
   require(u32(newest, 20) == 0, "reserved bytes");
   for (std::size_t i = u32(newest, 12) == kWithLog ? 104 : 64; i < 4088; ++i)
     require(newest[i] == 0, "reserved bytes");
@@ -216,7 +216,8 @@ void read_optional(Store& store, Fields& fields, std::uint32_t flags) {
 /// Edges whose slots are in files of their own, and where the entries of their blocks are.
 struct Shard {
   std::size_t first = 0, after = 0;
-  std::string suffix;  ///< of the names of its files
+  std::string suffix;   ///< of the names of its files
+  bool shared = false;  ///< one file has all levels of an attribute
   Bytes tables;
   std::size_t entry = 0;  ///< where the next level's entries begin in `tables`
   std::uint64_t checksum = 0;
@@ -505,19 +506,37 @@ ChangeLog read_change_log(const Bytes& manifest, const std::filesystem::path& di
   return log;
 }
 
+/// [edge] where its slot begins in level k from the base level on, and the total at the end.
+std::vector<std::uint64_t> offsets_of_slots(const Store& store, const Attribute& attribute,
+                                            std::uint32_t k) {
+  const std::uint64_t n = std::uint64_t{1} << (k - 1);
+  std::vector<std::uint64_t> offsets;
+  std::uint64_t border_before = 0;
+  for (std::size_t e = 0; e <= store.edges.size(); ++e) {
+    offsets.push_back((e * n * n - border_before * (n * (n - 1) / 2)) * attribute.record_bytes);
+    if (e < store.edges.size() && store.edges[e].is_border()) ++border_before;
+  }
+  return offsets;
+}
+
+/// The bytes that raw levels 1 to k from the base level on take in the shard's shared file.
+std::uint64_t bytes_of_levels(const Store& store, const Attribute& attribute, std::uint32_t k,
+                              const Shard& shard) {
+  std::uint64_t bytes = 0;
+  for (std::uint32_t level = 1; level <= k; ++level) {
+    const std::vector<std::uint64_t> offsets = offsets_of_slots(store, attribute, level);
+    bytes += (offsets[shard.after] - offsets[shard.first] + 4095) / 4096 * 4096;
+  }
+  return bytes;
+}
+
 /// Reads one level; the entries of each shard begin at its `entry`, which moves behind them.
 void read_level(Store& store, Attribute& attribute, std::uint32_t level,
                 const std::filesystem::path& directory, std::vector<Shard>& shards,
                 const ChangeLog& log) {
   const std::uint32_t k = level - store.base_level;
   const std::uint64_t n = std::uint64_t{1} << (k - 1), full = n * n * attribute.record_bytes;
-  std::vector<std::uint64_t> slot_offsets;  // [edge], and the total at the end
-  std::uint64_t border_before = 0;
-  for (std::size_t e = 0; e <= store.edges.size(); ++e) {
-    slot_offsets.push_back((e * n * n - border_before * (n * (n - 1) / 2)) *
-                           attribute.record_bytes);
-    if (e < store.edges.size() && store.edges[e].is_border()) ++border_before;
-  }
+  const std::vector<std::uint64_t> slot_offsets = offsets_of_slots(store, attribute, k);
   std::size_t slots = 1;  // in a block
   while (2 * slots * full <= store.block_bytes && slots < store.edges.size()) slots *= 2;
 
@@ -529,12 +548,22 @@ void read_level(Store& store, Attribute& attribute, std::uint32_t level,
     const std::uint64_t origin = slot_offsets[shard.first];
     const Bytes& tables = shard.tables;
     std::size_t& entry = shard.entry;
-    const Bytes level_file =
-        read_file(directory / fmt::format("attribute{}.level{:02}.{}{}", attribute.number, level,
-                                          described.generation, shard.suffix));
-    if (!compressed)
+    const Bytes level_file = read_file(
+        directory / (shard.shared ? fmt::format("attribute{}.levels.{}{}", attribute.number,
+                                                described.generation, shard.suffix)
+                                  : fmt::format("attribute{}.level{:02}.{}{}", attribute.number,
+                                                level, described.generation, shard.suffix)));
+    std::uint64_t level_begin = 0;
+    if (shard.shared && !compressed) {
+      level_begin = bytes_of_levels(store, attribute, k - 1, shard);
+      require(
+          level_file.size() ==
+              bytes_of_levels(store, attribute, attribute.finest_level - store.base_level, shard),
+          "size of a file of several levels");
+    } else if (!compressed) {
       require(level_file.size() == (slot_offsets[shard.after] - origin + 4095) / 4096 * 4096,
               "size of a level file");
+    }
     for (std::size_t first = shard.first; first < shard.after;
          first += slots, ++block, entry += 24) {
       const std::uint64_t raw_offset = slot_offsets[first] - origin;
@@ -569,7 +598,7 @@ void read_level(Store& store, Attribute& attribute, std::uint32_t level,
       else if (compressed)
         require(offset % 512 == 0, "alignment");
       else
-        require(offset == raw_offset, "offset");
+        require(offset == level_begin + raw_offset, "offset");
       if (encoding == 1) require(stored_bytes == raw_bytes, "raw size");
       const Bytes raw = encoding == 1 ? stored
                                       : decoded(described.pipeline, stored, raw_bytes,
@@ -664,7 +693,8 @@ Store read_store(const std::filesystem::path& directory) {
   const Bytes description(begin, begin + static_cast<std::ptrdiff_t>(described_bytes));
   require(XXH3_64bits(description.data(), description.size()) == u64(version, 24),
           "checksum of the description");
-  const bool in_shards = u32(manifest, 12) == kInShards;
+  const bool in_shards = (u32(manifest, 12) & kInShards) != 0,
+             shared = (u32(manifest, 12) & kSharedFiles) != 0;
   std::vector<Shard> shards;
   const BaseFigures base =
       read_description(store, description, u32(manifest, 16), in_shards, shards);
@@ -672,9 +702,11 @@ Store read_store(const std::filesystem::path& directory) {
   number_edges(store, base);
   check_base_index(store, directory / "base.index", base);
 
-  if (!in_shards) shards = {{0, store.edges.size(), "", version, 32 + description.size(), 0}};
+  if (!in_shards)
+    shards = {{0, store.edges.size(), "", false, version, 32 + description.size(), 0}};
   for (std::size_t i = 0; in_shards && i < shards.size(); ++i) {
     Shard& shard = shards[i];
+    shard.shared = shared;
     shard.tables = read_file(directory / fmt::format("version.{}.shard{}", store.sequence, i));
     require(XXH3_64bits(shard.tables.data(), shard.tables.size()) == shard.checksum,
             "checksum of the tables of a shard");

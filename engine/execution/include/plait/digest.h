@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "plait/detail/namespace.h"
@@ -23,10 +24,12 @@ struct DigestOptions {
   /// Counts only the vertices that this level creates (for the base level, the base vertices). -1:
   /// all vertices.
   int level = -1;
-  int threads = 1;  ///< 1 to 1024; 0: all processors
+  int threads = 1;  ///< 1 to 1024; 0: all processors; fewer if the budget holds the blocks of fewer
   /// Counts edges of all passes. May begin again from 0 with another total, if the budget holds
   /// fewer levels at once than was tried first.
   ProgressCallback progress = {};
+  /// Called once with the threads that are taken. May be empty.
+  std::function<void(int threads)> begins = {};
 };
 
 /// The sum, modulo 2^128, of one XXH3-128 hash for each base vertex and each slot. The input of a

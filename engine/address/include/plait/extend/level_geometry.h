@@ -92,6 +92,8 @@ class LevelGeometry {
   }
   std::uint64_t max_block_bytes() const { return max_block_bytes_; }
   std::uint64_t total_bytes() const { return total_bytes_; }
+  /// total_bytes() of the same edges at another level. REQUIRES: no slot is absent.
+  std::uint64_t total_bytes_at(BaseRelativeLevel level) const;
   /// Bytes of `count` blocks from `first` on.
   std::uint64_t range_bytes(std::uint64_t first, std::uint64_t count) const {
     return block_offset(first + count) - block_offset(first);

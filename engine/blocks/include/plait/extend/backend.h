@@ -62,6 +62,8 @@ struct BackendTraits {
   /// What a level writes stays in the system's page cache, so reading it again costs a copy. A
   /// session that only writes then keeps few frames (SessionOptions::only_writes).
   bool in_page_cache = false;
+  /// Levels of one attribute may be in one file (LevelSpec::shares_file).
+  bool shares_files = false;
 };
 
 /// The block size of a store that asks for none. Random reads and small commits want small blocks,
@@ -239,6 +241,12 @@ struct LevelSpec {
   BlockTable& table;
   AttributeSchema schema = {};  ///< the type of the level's records
   Pipeline pipeline = {};       ///< how blocks are encoded
+  /// The file has other levels too. A new level is added to the file, which the coarsest one makes.
+  /// Only for backends with BackendTraits::shares_files.
+  bool shares_file = false;
+  /// Where the level begins in a shared file, if LevelGeometry gives the offsets of blocks. Offsets
+  /// in the block table count from the begin of the file.
+  std::uint64_t first_byte = 0;
   /// Tables of older versions with blocks in the same file. The backend must not overwrite these
   /// blocks. Only open_level() reads the tables.
   std::vector<HeldTable> held = {};
