@@ -70,9 +70,10 @@ int run_digest(const DigestArguments& arguments, const CommandContext& context) 
   options.progress = [&](const Progress& now) { return progress.update(now.done, now.total); };
   options.begins = [&](int threads) {
     if (threads < arguments.threads)
-      report_warning(fmt::format("digest: {} threads of {}: the blocks of more do not fit the "
-                                 "budget of {} (--memory)",
-                                 threads, arguments.threads, format_bytes(arguments.memory_bytes)));
+      report_warning(
+          fmt::format("digest: {} threads of {}: the blocks of more do not fit the "
+                      "budget of {} (--memory)",
+                      threads, arguments.threads, format_bytes(arguments.memory_bytes)));
   };
   const std::string word = digest(store, options).to_string();
   progress.clear();

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "conformance/suite.h"
 
@@ -13,7 +14,8 @@ constexpr std::uint64_t kPageBytes = 4096;
 /// A level of a file that has two.
 struct SharedLevel {
   SharedLevel(int level, std::uint64_t first_byte_of_raw)
-      : geometry(SlotShapes(37, EdgeSet({0, 3, 30})), BaseRelativeLevel(level), 24, 4096),
+      : geometry(SlotShapes(37, EdgeSet(std::vector<EdgeId>{0, 3, 30})), BaseRelativeLevel(level),
+                 24, 4096),
         table({}, 2, level, geometry.block_count()),
         first_byte(first_byte_of_raw) {}
 

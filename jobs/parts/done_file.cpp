@@ -49,8 +49,8 @@ void check_content(const Directory& directory, const std::string& name, std::uin
 }
 
 /// The names of the files of an attribute with `levels` levels, in their order.
-void add_names(const PlanFile& plan, std::uint32_t attribute, int levels, std::uint32_t part,
-               std::vector<std::string>& names) {
+void add_file_names(const PlanFile& plan, std::uint32_t attribute, int levels, std::uint32_t part,
+                    std::vector<std::string>& names) {
   const int files = plan.shares_files ? std::min(levels, 1) : levels;
   for (int at = 1; at <= files; ++at)
     names.push_back(shard_file_name(plan.shares_files, attribute, plan.plan.base_level + at,
@@ -86,7 +86,7 @@ std::vector<std::string> level_names(const PlanFile& plan, const VersionDescript
     const AttributeSchema expected = {is_normal ? "normal" : "position",
                                       is_normal ? ComponentType::kFloat32 : plan.precision, 3};
     fields.require(attribute.schema == expected, "the attribute", attribute.schema.name);
-    add_names(plan, attribute.number, static_cast<int>(attribute.levels.size()), part, names);
+    add_file_names(plan, attribute.number, static_cast<int>(attribute.levels.size()), part, names);
   }
   return names;
 }
@@ -94,8 +94,8 @@ std::vector<std::string> level_names(const PlanFile& plan, const VersionDescript
 /// The same for a part of a pass, whose plan says all.
 std::vector<std::string> level_names(const PlanFile& plan, std::uint32_t part) {
   std::vector<std::string> names;
-  add_names(plan, plan.of_pass.attribute_number, plan.plan.levels - plan.plan.base_level, part,
-            names);
+  add_file_names(plan, plan.of_pass.attribute_number, plan.plan.levels - plan.plan.base_level, part,
+                 names);
   return names;
 }
 

@@ -9,7 +9,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-std::vector<std::byte> read(const File& file, std::uint64_t offset, std::uint32_t bytes) {
+std::vector<std::byte> read_stored(const File& file, std::uint64_t offset, std::uint32_t bytes) {
   std::vector<std::byte> block(bytes);
   file.read_at(offset, block);
   return block;
@@ -41,7 +41,8 @@ bool have_same_blocks(const Directory& store, const Directory& part, const std::
   try {
     const File there(store, name, OpenMode::kRead);
     return std::ranges::all_of(blocks, [&](const MovedBlock& block) {
-      return read(there, block.in_store, block.bytes) == read(made, block.in_part, block.bytes);
+      return read_stored(there, block.in_store, block.bytes) ==
+             read_stored(made, block.in_part, block.bytes);
     });
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kIo && error.code() != ErrorCode::kCorruption &&
@@ -56,7 +57,7 @@ void write_moved(const Directory& part, const std::string& name, std::span<const
   const File made(part, name, OpenMode::kRead);
   File file(to, name, OpenMode::kCreate);
   for (const MovedBlock& block : blocks)
-    file.write_at(block.in_store, read(made, block.in_part, block.bytes));
+    file.write_at(block.in_store, read_stored(made, block.in_part, block.bytes));
   file.sync();
   file.close();
 }

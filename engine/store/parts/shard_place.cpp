@@ -8,7 +8,7 @@ namespace {
 /// Each level of raw blocks begins at a multiple of it, as O_DIRECT needs.
 constexpr std::uint64_t kLevelAlignmentBytes = 4096;
 
-std::uint64_t aligned(std::uint64_t bytes) {
+std::uint64_t whole_alignments(std::uint64_t bytes) {
   return (bytes + kLevelAlignmentBytes - 1) / kLevelAlignmentBytes * kLevelAlignmentBytes;
 }
 
@@ -16,7 +16,7 @@ std::uint64_t bytes_of_coarser_levels(const LevelGeometry& geometry) {
   std::uint64_t bytes = 0;
   for (BaseRelativeLevel level(1); level.refinements < geometry.level().refinements;
        ++level.refinements)
-    bytes += aligned(geometry.total_bytes_at(level));
+    bytes += whole_alignments(geometry.total_bytes_at(level));
   return bytes;
 }
 
@@ -29,7 +29,7 @@ void ShardPlace::put_into(LevelSpec& level) const {
 }
 
 std::uint64_t bytes_in_shared_file(const LevelGeometry& geometry) {
-  return aligned(geometry.total_bytes());
+  return whole_alignments(geometry.total_bytes());
 }
 
 ShardPlace place_of(const ShardOfLevel& level, bool shares_files, const BackendTraits& traits) {

@@ -127,7 +127,7 @@ TEST_CASE("Digest_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysHowMany") {
   const TemporaryDirectory directory(Medium::kMemory);
   filled(directory.path() / "s", "pread", base, 0, 4096).commit();
   for (const auto& [budget, is_enough] :
-       {std::pair{256u << 10, false}, std::pair{64u << 20, true}}) {
+       {std::pair{96u << 10, false}, std::pair{64u << 20, true}}) {
     CAPTURE(budget);
     const Store store =
         Store::open(directory.path() / "s", {.budget_bytes = budget}, default_backends());
