@@ -18,10 +18,10 @@ namespace {
 
 /// The runs that a pass over a level has in memory: one is pinned, one was before, the others are
 /// read ahead.
-constexpr std::uint64_t kRunsAhead = Pager::kInFlight + 2;
+constexpr std::uint64_t kSourceRuns = Pager::kInFlight + 2;
 
 /// The bytes of frames for the blocks that move together.
-std::uint64_t run_bytes(const LevelFile& level) {
+std::uint64_t bytes_of_run(const LevelFile& level) {
   return FramePool::frame_bytes(level.geometry.max_block_bytes()) << level.run_log2;
 }
 
@@ -156,8 +156,8 @@ void RunBuffer::read_run(const LevelFile& file) {
 Session open_source_session(const Store& store, const LevelFile& level) {
   if (needs_other_blocks(level)) return StoreAccess::open_session(store);
   const std::uint64_t half = StoreAccess::pager(store).budget_bytes() / 2;
-  return StoreAccess::open_session(store,
-                                   {.share_bytes = std::min(kRunsAhead * run_bytes(level), half)});
+  return StoreAccess::open_session(
+      store, {.share_bytes = std::min(kSourceRuns * bytes_of_run(level), half)});
 }
 
 std::uint64_t source_bytes(const Store& store, std::uint64_t most_bytes) {
@@ -168,8 +168,8 @@ std::uint64_t source_bytes(const Store& store, std::uint64_t most_bytes) {
          ++level) {
       const LevelFile& file = StoreAccess::level_file(store, id, level);
       if (needs_other_blocks(file)) return most_bytes;
-      ahead = std::max(ahead, kRunsAhead * run_bytes(file));
-      of_levels += run_bytes(file);
+      ahead = std::max(ahead, kSourceRuns * bytes_of_run(file));
+      of_levels += bytes_of_run(file);
     }
     others = std::max(others, of_levels);
   }
