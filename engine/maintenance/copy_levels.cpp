@@ -38,6 +38,7 @@ bool needs_own_levels(const LevelFile& level) {
 /// from each other are written one after another.
 bool can_be_copied_together(Store& from, AttributeId attribute, Store& to, AttributeId copy) {
   const int finest = to.attributes()[copy].finest_level;
+  if (finest == from.base_level()) return false;
   for (int level = from.base_level() + 1; level <= finest; ++level) {
     const LevelFile& stored = StoreAccess::level_file(from, attribute, level);
     const LevelFile& written = StoreAccess::level_file(to, copy, level);

@@ -149,15 +149,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto volume = default_backends().find("compressed").open({});
   std::unique_ptr<Backend> opened;
   accepts({ErrorCode::kCorruption}, [&] {
-    opened = volume->open_level({directory,
-                                 "level",
-                                 OpenMode::kRead,
-                                 geometry,
-                                 table,
-                                 known.schema,
-                                 "predicted:" + recipe + "+shuffle,zstd:1",
-                                 {},
-                                 *known.surroundings});
+    opened = volume->open_level({.directory = directory,
+                                 .name = "level",
+                                 .mode = OpenMode::kRead,
+                                 .geometry = geometry,
+                                 .table = table,
+                                 .schema = known.schema,
+                                 .pipeline = "predicted:" + recipe + "+shuffle,zstd:1",
+                                 .surroundings = *known.surroundings});
   });
   if (!opened) return 0;
   ExactBytes raw(geometry.block_bytes(block));

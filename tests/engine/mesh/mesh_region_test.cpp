@@ -24,9 +24,16 @@ MeshRegion naive_region(const BaseMesh& mesh, EdgeId first, EdgeId after) {
   for (const auto& corners : topology.faces)
     if (std::ranges::any_of(corners, [&](VertexId vertex) { return vertices.contains(vertex); }))
       neighbours.insert(corners.begin(), corners.end());
+  std::vector<FaceId> around;
+  for (FaceId face = 0; face < topology.faces.size(); ++face)
+    if (!faces.contains(face) && std::ranges::any_of(topology.faces[face], [&](VertexId vertex) {
+          return vertices.contains(vertex);
+        }))
+      around.push_back(face);
   return {{faces.begin(), faces.end()},
           {vertices.begin(), vertices.end()},
-          {neighbours.begin(), neighbours.end()}};
+          {neighbours.begin(), neighbours.end()},
+          around};
 }
 
 void check_region(const BaseMesh& mesh, EdgeId first, EdgeId after) {
@@ -36,6 +43,7 @@ void check_region(const BaseMesh& mesh, EdgeId first, EdgeId after) {
   CHECK(part.region()->faces == expected.faces);
   CHECK(part.region()->vertices == expected.vertices);
   CHECK(part.region()->neighbours == expected.neighbours);
+  CHECK(part.region()->faces_around == expected.faces_around);
 }
 
 }  // namespace
