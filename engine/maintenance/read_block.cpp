@@ -160,20 +160,21 @@ Session open_source_session(const Store& store, const LevelFile& level) {
       store, {.share_bytes = std::min(kSourceRuns * bytes_of_run(level), half)});
 }
 
-std::uint64_t source_bytes(const Store& store, std::uint64_t most_bytes) {
+std::uint64_t spare_source_bytes(const Store& store) {
   std::uint64_t ahead = 0, others = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     std::uint64_t of_levels = 0;
     for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level;
          ++level) {
       const LevelFile& file = StoreAccess::level_file(store, id, level);
-      if (needs_other_blocks(file)) return most_bytes;
+      if (needs_other_blocks(file)) return 0;
       ahead = std::max(ahead, kSourceRuns * bytes_of_run(file));
       of_levels += bytes_of_run(file);
     }
     others = std::max(others, of_levels);
   }
-  return std::min(ahead + others, most_bytes);
+  const std::uint64_t frames = StoreAccess::pager(store).budget_bytes();
+  return frames - std::min(ahead + others, frames);
 }
 
 PLAIT_END_NAMESPACE

@@ -62,8 +62,8 @@ class RunBuffer {
 /// Errors: kOutOfMemory.
 Session open_source_session(const Store& store, const LevelFile& level);
 
-/// The bytes of frames that a pass over all levels of an attribute needs of its source, at most
-/// `most_bytes`: for reading ahead if no block needs others, otherwise all that there are.
-std::uint64_t source_bytes(const Store& store, std::uint64_t most_bytes);
+/// The bytes of the store's frames that passes over its levels, of one attribute at a time, can do
+/// without: all but those for reading ahead if no block needs others, otherwise none.
+std::uint64_t spare_source_bytes(const Store& store);
 
 PLAIT_END_NAMESPACE

@@ -114,13 +114,13 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
     result.from_stored_bytes = source.info().stored_bytes;
     result.from_backend = source.options().backend;
     const bool fills = request.uniform && source.has_depths();
-    Store copy = Store::create(path, base_of_copy(request, source), result.options, backends,
-                               source.provenance());
+    const BaseMesh base = base_of_copy(request, source);
+    // The copy has the budget that the source can do without.
+    const LentMemory to_copy(StoreAccess::pager(source), fills ? 0 : spare_source_bytes(source));
+    result.options.budget_bytes += to_copy.bytes();
+    Store copy = Store::create(path, base, result.options, backends, source.provenance());
     if (request.uuid) set_uuid(copy, *request.uuid);
     tell_notices(copy, watch.warn, request.to);
-    // The copy has the budget that the source does not need.
-    const LentMemory to_copy(StoreAccess::pager(source),
-                             open.budget_bytes - source_bytes(source, open.budget_bytes));
     const bool changes_later = static_cast<bool>(request.change);
     const ProgressCallback progress = begin_step(watch, changes_later ? "copy" : "convert");
     if (fills)

@@ -5,7 +5,6 @@
 #include <system_error>
 
 #include "job_rules.h"
-#include "maintenance/read_block.h"
 #include "plait/error.h"
 #include "store/attribute_levels.h"
 
@@ -46,7 +45,7 @@ void set_common_options(const CopyChoices& choices, const Store& source,
       choices.block_bytes != 0
           ? choices.block_bytes
           : block_bytes_of_copy(source.info().backend, source.options().block_bytes, traits);
-  options.budget_bytes = choices.budget_bytes - source_bytes(source, choices.budget_bytes / 2);
+  options.budget_bytes = choices.budget_bytes / 2;
   options.durability = Durability::kCommit;
 }
 

@@ -48,7 +48,7 @@ changes() {
     }' "$logs/trace" | sort -u
 }
 
-# check_part PLAN FILE: makes part 1 of PLAN, which has a file of a level whose name begins with FILE.
+# check_part PLAN FILE: makes part 1 of PLAN, which has a file of levels whose name begins with FILE.
 check_part() {
   local plan=$1 file=$2 before after others
   for part in 0 2; do "$plait" part "$plan" "$part" >/dev/null; done
@@ -75,7 +75,7 @@ check_part() {
 }
 
 "$plait" plan m.ply p --levels 4 --normals --parts 3 >/dev/null
-check_part p attribute0.level0
+check_part p attribute0.levels.
 "$plait" join p s.plait >/dev/null
 "$plait" plan --pass smooth s.plait q >/dev/null
-check_part q attribute2.level0
+check_part q attribute2.levels.

@@ -109,6 +109,7 @@ class LentMemory {
     pager_.lend(bytes_);
   }
   ~LentMemory() { pager_.lend(-bytes_); }
+  std::uint64_t bytes() const noexcept { return static_cast<std::uint64_t>(bytes_); }
   LentMemory(const LentMemory&) = delete;
   LentMemory& operator=(const LentMemory&) = delete;
 
