@@ -14,10 +14,11 @@ class Eviction {
   /// Adds a frame that has no pin any more. Its place is `content.order`, and
   /// `content.kept_edges` behind that.
   virtual void insert(Frame& frame) noexcept = 0;
-  /// The frame to evict next, or nullptr. It has no pins and is closed, so it stays without pins
-  /// while the pager's lock is held. It stays in the policy until it is unlinked. Frames that were
-  /// pinned without the lock leave the policy; they come back when their last pin ends.
-  virtual Frame* victim() noexcept = 0;
+  /// The frame to evict next if somebody wants a frame of `wanted_bytes`, or nullptr. It has no
+  /// pins and is closed, so it stays without pins while the pager's lock is held. It stays in the
+  /// policy until it is unlinked. Frames that were pinned without the lock leave the policy; they
+  /// come back when their last pin ends.
+  virtual Frame* victim(std::uint64_t wanted_bytes) noexcept = 0;
 };
 
 /// EvictionPolicy::kLayoutOrder: evicts the block whose last edge comes first in layout order. All
@@ -25,19 +26,32 @@ class Eviction {
 /// needs a share of its own. A context block is ordered by the block that needed it last, plus
 /// a multiple of its own length (paging/frame.cpp): its neighbours may lie far away in layout
 /// order, and reading it again costs as much as decoding all that it needs.
+///
+/// Among the first frames, one of the wanted size goes first: its memory serves the next block as
+/// it is, where the system would clear the pages of another size.
 class WindowEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override { frames_.insert(frame); }
-  Frame* victim() noexcept override {
+  Frame* victim(std::uint64_t wanted_bytes) noexcept override {
     while (!frames_.empty()) {
-      Frame& first = *frames_.begin();
-      if (first.pins.claim()) return &first;
-      first.in_order.unlink();
+      Frame& next = first_of(wanted_bytes);
+      if (next.pins.claim()) return &next;
+      next.in_order.unlink();
     }
     return nullptr;
   }
 
  private:
+  static constexpr int kFirstFrames = 32;
+
+  /// REQUIRES: there is a frame.
+  Frame& first_of(std::uint64_t wanted_bytes) noexcept {
+    auto frame = frames_.begin();
+    for (int i = 0; i < kFirstFrames && frame != frames_.end(); ++i, ++frame)
+      if (frame->content.frame_bytes == wanted_bytes) return *frame;
+    return *frames_.begin();
+  }
+
   FrameWindow frames_;
 };
 
@@ -51,7 +65,7 @@ class ClockEviction final : public Eviction {
     frame.pins.set_used();
     frames_.push_back(frame);
   }
-  Frame* victim() noexcept override {
+  Frame* victim(std::uint64_t) noexcept override {
     const Frame* first_passed = nullptr;
     while (!frames_.empty()) {
       Frame& next = frames_.front();

@@ -46,7 +46,7 @@ void Pager::Implementation::evict(Lock& lock, Frame& frame) noexcept {
 
 bool Pager::Implementation::evict_written(Lock& lock, SessionState& session) noexcept {
   if (!session.options.only_writes || session.frame_bytes < kMostWrittenBytes) return false;
-  Frame* const oldest = session.eviction().victim();
+  Frame* const oldest = session.eviction().victim(0);
   if (!oldest) return false;
   const Frame::Content& content = oldest->content;
   if (content.state != State::kClean || !content.overwritten ||

@@ -20,7 +20,7 @@ Sessions::Waiter::~Waiter() {
 
 void Sessions::end(SessionState& session) noexcept {
   session.ended = true;
-  while (Frame* const frame = session.eviction().victim()) {
+  while (Frame* const frame = session.eviction().victim(0)) {
     give(*frame, nullptr);
     place(*frame);
   }
@@ -115,9 +115,10 @@ SessionState* Sessions::furthest_over(const SessionState& asking, std::uint64_t 
 
 Frame* Sessions::victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept {
   if (!left_.empty()) return &left_.front();
-  SessionState* const session = furthest_over(
-      asking, wanted_bytes, [](SessionState& of) { return of.eviction().victim() != nullptr; });
-  return session ? session->eviction().victim() : nullptr;
+  SessionState* const session = furthest_over(asking, wanted_bytes, [&](SessionState& of) {
+    return of.eviction().victim(wanted_bytes) != nullptr;
+  });
+  return session ? session->eviction().victim(wanted_bytes) : nullptr;
 }
 
 Frame* Sessions::last_announced(const SessionState& asking, std::uint64_t wanted_bytes) noexcept {

@@ -29,10 +29,11 @@ struct Fixture {
     return session;
   }
   /// A frame of this session whose block ends before edge `order`, not pinned.
-  Frame& add(SessionState& session, EdgeId order, bool announced = false) {
+  Frame& add(SessionState& session, EdgeId order, bool announced = false,
+             std::uint64_t bytes = kFrameBytes) {
     Frame& frame = frames.emplace_back();
     frame.index = static_cast<std::uint32_t>(frames.size() - 1);
-    frame.content.frame_bytes = kFrameBytes;
+    frame.content.frame_bytes = bytes;
     frame.content.order = order;
     sessions.give(frame, &session);
     if (announced) sessions.announce(frame);
@@ -66,6 +67,25 @@ TEST_CASE("SessionsVictim_Window_IsTheBlockThatEndsFurthestBehind") {
     f.evict(*expected);
   }
   CHECK(f.victim(session) == nullptr);
+}
+
+TEST_CASE("SessionsVictim_WindowOfSeveralSizes_IsTheFirstOfTheWantedSize") {
+  Fixture f(64);
+  SessionState& session = f.open();
+  Frame& small = f.add(session, 10);
+  Frame& large = f.add(session, 20, false, 4 * kFrameBytes);
+  Frame& next_large = f.add(session, 30, false, 4 * kFrameBytes);
+  CHECK(f.sessions.victim(session, 4 * kFrameBytes) == &large);
+  CHECK(f.sessions.victim(session, kFrameBytes) == &small);
+  CHECK(f.sessions.victim(session, 2 * kFrameBytes) == &small);  // there is none of this size
+  f.evict(large);
+  Sessions::unplace(small);
+  for (EdgeId order = 11; order < 29; ++order) f.add(session, order);
+  f.sessions.place(small);
+  CHECK(f.sessions.victim(session, 4 * kFrameBytes) == &next_large);
+  // Far behind the first frames, its turn comes with theirs.
+  for (EdgeId order = 0; order < 64; ++order) f.add(session, 9);
+  CHECK(f.sessions.victim(session, 4 * kFrameBytes)->content.frame_bytes == kFrameBytes);
 }
 
 TEST_CASE("SessionsVictim_Clock_SparesOnceWhatCameBack") {
