@@ -113,7 +113,8 @@ std::uint64_t BaseInRanges::whole_bytes(const std::filesystem::path& base) {
 }
 
 BaseCounts BaseInRanges::counts(const std::filesystem::path& base) {
-  const MeshArrays& arrays = open_base_pages(base)->arrays();
+  const auto pages = open_base_pages(base);
+  const MeshArrays& arrays = pages->arrays();
   return {arrays.positions.size(), arrays.mesh.edges.size(), arrays.mesh.faces.size(),
           arrays.mesh.border_edges.size()};
 }
