@@ -22,6 +22,13 @@ static_assert(PLAIT_UINT16 == static_cast<int>(ComponentType::kUint16));
 static_assert(PLAIT_UINT32 == static_cast<int>(ComponentType::kUint32));
 static_assert(PLAIT_UINT64 == static_cast<int>(ComponentType::kUint64));
 
+/// The number of records in `bytes`.
+std::uint64_t record_count(const Store& store, AttributeId attribute, std::size_t bytes) {
+  return bytes / store.attributes()[attribute].schema.record_bytes();
+}
+
+}  // namespace
+
 ComponentType component_type_of(plait_component_type number) {
   if (number < PLAIT_FLOAT32 || number > PLAIT_UINT64)
     throw Error(ErrorCode::kInvalidArgument,
@@ -29,13 +36,6 @@ ComponentType component_type_of(plait_component_type number) {
                             PLAIT_FLOAT32, PLAIT_UINT64, number));
   return static_cast<ComponentType>(number);
 }
-
-/// The number of records in `bytes`.
-std::uint64_t record_count(const Store& store, AttributeId attribute, std::size_t bytes) {
-  return bytes / store.attributes()[attribute].schema.record_bytes();
-}
-
-}  // namespace
 
 std::vector<std::string> names_in(const char* const* attributes, std::uint64_t count) {
   std::vector<std::string> names;

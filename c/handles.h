@@ -99,6 +99,8 @@ const Store& read_store(const plait_store* handle);
 /// Errors: kNotFound; kInvalidArgument for NULL.
 AttributeId attribute_named(const Store& store, const char* name);
 /// The names that options have; empty for NULL. Errors: kInvalidArgument for a name that is NULL.
+/// Errors: kInvalidArgument.
+plait::ComponentType component_type_of(plait_component_type number);
 std::vector<std::string> names_in(const char* const* attributes, std::uint64_t count);
 
 }  // namespace plait::c

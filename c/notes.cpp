@@ -148,12 +148,7 @@ plait_status plait_store_add_face_attribute(plait_store* store, const char* name
   return guarded("plait_store_add_face_attribute", [&] {
     plait::Store& changed = changed_store(store);
     check_given(name, "name");
-    if (type != PLAIT_UINT8 && type != PLAIT_UINT16 && type != PLAIT_UINT32)
-      throw plait::Error(plait::ErrorCode::kInvalidArgument,
-                         fmt::format("type: expected PLAIT_UINT8, PLAIT_UINT16 or PLAIT_UINT32, "
-                                     "found {}",
-                                     type));
-    changed.notes().add_face_attribute({name, static_cast<plait::ComponentType>(type), 1});
+    changed.notes().add_face_attribute({name, plait::c::component_type_of(type), 1});
   });
 }
 

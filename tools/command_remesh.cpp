@@ -91,6 +91,11 @@ std::string remesh_text(const Json& report) {
   for (const Json& attribute : report["attributes"])
     names.push_back(attribute["name"].get<std::string>());
   if (!names.empty()) text += fmt::format("attributes of the scan: {}\n", fmt::join(names, ", "));
+  for (const Json& attribute : report["face_attributes"])
+    text += fmt::format(
+        "face attribute {} of the scan: {} of {} base faces have more than one number of it\n",
+        attribute["name"].get<std::string>(), number_text(attribute["mixed_faces"]),
+        number_text(report["base_figures"]["faces"]));
   if (report.contains("scan_to_store")) {
     const auto diagonal = report["diagonal"].get<double>();
     const auto mean_edge = report["mean_edge"].get<double>();
@@ -137,7 +142,9 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
            "come along: numbers with fractions and colours are interpolated, other integers are "
            "those "
            "of\n"
-           "the nearest vertex.\n"
+           "the nearest vertex. Numbers of its faces become face attributes: the mean of each base "
+           "face, or\n"
+           "of integers the one that covers most of it.\n"
            "--max-error 1e-5 rounds positions, those of the base mesh too, so that no coordinate "
            "changes\n"
            "by more than 1e-5, and 1e-6rel by more than a millionth of the diagonal; the report is "

@@ -403,9 +403,9 @@ PLAIT_API plait_status plait_store_get_text(const plait_store* store, const char
 PLAIT_API plait_status plait_store_get_text_name(const plait_store* store, uint32_t index,
                                                  const char** name);
 
-/* Attributes of the faces of the base mesh (material, part number): one number for each face, of
- * PLAIT_UINT8, PLAIT_UINT16 or PLAIT_UINT32, zero at first. Their names are apart from those of
- * other attributes. Commits record them; copies and exports have them. */
+/* Attributes of the faces of the base mesh (material, part number): one number for each face,
+ * zero at first. Their names are apart from those of other attributes. Commits record them; copies
+ * and exports have them. */
 PLAIT_API plait_status plait_store_add_face_attribute(plait_store* store, const char* name,
                                                       plait_component_type type);
 /* Errors: NOT_FOUND. */

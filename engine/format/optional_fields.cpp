@@ -108,7 +108,7 @@ void take_face_attributes(FieldReader& fields, VersionDescription& version) {
     const auto type = fields.take<std::uint8_t>("a face attribute's type");
     attribute.schema.type = static_cast<ComponentType>(type);
     attribute.schema.components = 1;
-    fields.require(is_face_type(attribute.schema.type), "a face attribute's type", type);
+    fields.require(component_bytes(attribute.schema.type) > 0, "a face attribute's type", type);
     attribute.checksum = fields.take<std::uint64_t>("a checksum of face records");
     version.face_attributes.push_back(std::move(attribute));
   }

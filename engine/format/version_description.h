@@ -92,12 +92,6 @@ constexpr std::size_t kMaxAttributeNameBytes = 255;
 constexpr std::size_t kMaxTextBytes = 65536;
 constexpr std::size_t kMaxDescriptionBytes = std::size_t{64} << 20;
 
-/// Whether a component type may be that of a face attribute.
-constexpr bool is_face_type(ComponentType type) {
-  return type == ComponentType::kUint8 || type == ComponentType::kUint16 ||
-         type == ComponentType::kUint32;
-}
-
 /// Whether `name` is 1 to kMaxAttributeNameBytes characters of [A-Za-z0-9_-].
 bool is_attribute_name(std::string_view name);
 

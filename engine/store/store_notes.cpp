@@ -52,8 +52,8 @@ void StoreNotes::add_face_attribute(AttributeSchema schema) try {
   if (!is_attribute_name(schema.name))
     throw refuse(fmt::format("expected a name of 1 to {} characters of [A-Za-z0-9_-]",
                              kMaxAttributeNameBytes));
-  if (!is_face_type(schema.type) || schema.components != 1)
-    throw refuse(fmt::format("expected uint8, uint16 or uint32 x 1, found {} x {}",
+  if (component_bytes(schema.type) == 0 || schema.components != 1)
+    throw refuse(fmt::format("expected one number of a known type, found {} x {}",
                              to_string(schema.type), schema.components));
   if (std::ranges::find(state.face_infos, schema.name, &AttributeSchema::name) !=
       state.face_infos.end())

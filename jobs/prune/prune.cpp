@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 #include <span>
 #include <utility>
@@ -17,15 +18,27 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// The numbers of a face attribute, of any type.
+/// A number of a face attribute of integers that are not negative.
 std::uint64_t number_at(std::span<const std::byte> bytes, std::size_t size, FaceId face) {
   std::uint64_t number = 0;
   std::memcpy(&number, bytes.data() + face * size, size);  // little-endian, as all of plait
   return number;
 }
 
+bool is_unsigned(ComponentType type) {
+  return type == ComponentType::kUint8 || type == ComponentType::kUint16 ||
+         type == ComponentType::kUint32 || type == ComponentType::kUint64;
+}
+
 std::vector<std::uint8_t> depths_by(const Store& source, const std::string& name) {
   const std::span<const std::byte> bytes = source.notes().face_bytes(name);
+  const ComponentType type =
+      std::ranges::find(source.notes().face_attributes(), name, &AttributeSchema::name)->type;
+  if (!is_unsigned(type))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("prune {} by '{}': expected integers that are not negative, of type uint8 to "
+                            "uint64, found {}",
+                            source.path().native(), name, to_string(type)));
   const std::uint64_t faces = source.base().face_count();
   std::vector<std::uint8_t> depths(faces);
   for (FaceId face = 0; face < faces; ++face) {

@@ -30,6 +30,7 @@
 #include "remesh/distance_search.h"
 #include "remesh/sampled_surface.h"
 #include "remesh/scan_attributes.h"
+#include "remesh/scan_face_attributes.h"
 #include "remesh/scan_progress.h"
 #include "store/new_output.h"
 
@@ -109,6 +110,10 @@ class ScanRun {
     if (request_.report_samples > 0) count_crossings();
     triangles_.reset();
     if (report_.max_distance > 0 && request_.own_depths.value_or(true)) give_depths();
+    if (!of_scan_faces_.empty())
+      of_base_faces_ = of_scan_faces_.of_base_faces(
+          scan_, *scan_tree_, sampled_.surface,
+          [&] { progress_.begin("face attributes", all_levels_ ? kCopyingLevels.first : kWriting.first); });
     make_store();
     return std::move(report_);
   }
@@ -153,6 +158,8 @@ class ScanRun {
   Surface scan_;
   std::optional<TriangleTree> scan_tree_;
   ScanAttributes attributes_;
+  ScanFaceAttributes of_scan_faces_;
+  std::vector<BaseFaceAttribute> of_base_faces_;
   BaseSamples sampled_;
   std::optional<MeasuredTriangles> triangles_;
   std::optional<Store> all_levels_;  ///< in memory, if the store has depths
@@ -219,11 +226,13 @@ void ScanRun::read_scan() {
   progress_.begin("read", 0);
   check_memory(kFacesPerVertex * expected_vertices(request_.scan));
   std::vector<std::string> warnings;
-  AttributedMesh mesh = read_attributed_mesh(request_.scan, &warnings, NotFinite::kKeep);
+  AttributedMesh mesh =
+      read_attributed_mesh(request_.scan, &warnings, NotFinite::kKeep, OfFaces::kKeep);
   leave_out_own_names(mesh.attributes, request_.distances, warnings);
   if (request_.weld)
     report_.merged_vertices = weld(mesh, *request_.weld, request_.scan.native(), warnings);
   warn_of_values_not_finite(mesh.attributes, warnings);
+  warn_of_numbers_not_finite(mesh.face_attributes, warnings);
   report_.precision = precision_for(mesh.mesh, levels_finer_than(mesh.mesh.faces.size(), request_),
                                     request_.precision, {}, request_.scan.native(), warnings);
   report_.read_seconds = clock.lap();
@@ -239,6 +248,8 @@ void ScanRun::read_scan() {
     for (const std::string& warning : warnings) watch_.warn(warning);
   go_on();
   attributes_ = ScanAttributes(std::move(mesh.attributes), repaired);
+  of_scan_faces_ =
+      ScanFaceAttributes(std::move(mesh.face_attributes), std::move(repaired.face_origin));
   scan_ = std::move(repaired.surface);
   report_.repairs = repaired.list;
   report_.scan = figures_of(scan_);
@@ -279,6 +290,12 @@ void ScanRun::write_store(const std::filesystem::path& path) {
     fill(store, kWriting, kWritingAttributes);
   for (std::size_t at = 0; at < attributes_.count(); ++at)
     report_.attributes.push_back(attributes_.schema(at));
+  for (const auto& [numbers, mixed_faces] : of_base_faces_) {
+    store.notes().add_face_attribute(numbers.schema);
+    std::ranges::copy(numbers.records, store.notes().face_bytes(numbers.schema.name).begin());
+    report_.face_attributes.push_back(numbers.schema);
+    report_.mixed_faces.push_back(mixed_faces);
+  }
   if (!all_levels_) store.finish_encoding(progress_.during(kEncoding));
   if (report_.rounding)
     StoreAccess::set_rounding(store, store.attribute("position"), report_.rounding);

@@ -107,6 +107,10 @@ struct RemeshReport {
   AreaSpread area_spread;
   double diagonal = 0, mean_edge = 0;       ///< of the scan
   std::vector<AttributeSchema> attributes;  ///< of the scan, that came along
+  /// Face attributes, from properties of the scan's faces, and how many base faces have more than
+  /// one number of the scan each (remesh/scan_face_attributes.h).
+  std::vector<AttributeSchema> face_attributes;
+  std::vector<std::uint64_t> mixed_faces;
   /// Without samples if the request asks for none. Parts of the scan that are farther than 3 mean
   /// edges from the store are a warning too.
   Distances to_store, to_scan;
@@ -119,7 +123,8 @@ struct RemeshReport {
 };
 
 /// Makes the store: attribute "position" (3 x float32 or float64) on all levels, at points of the
-/// scan, the vertex attributes of a PLY file there (remesh/scan_attributes.h), and "turned"
+/// scan, the vertex attributes of a PLY file there (remesh/scan_attributes.h), the scalar properties
+/// of its faces as face attributes (remesh/scan_face_attributes.h), and "turned"
 /// (uint8): 1 at the corners of small triangles that stay turned over, 0 elsewhere. With distances
 /// in the report, the text "remesh-rms" has the larger root of the mean square, in units of the
 /// scan. After an error there is no new store.

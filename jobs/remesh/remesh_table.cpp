@@ -92,6 +92,9 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
     json["store_to_scan"] = distances_json(report.to_scan, report.diagonal);
   }
   json["attributes"] = attributes_json(report.attributes);
+  json["face_attributes"] = attributes_json(report.face_attributes);
+  for (std::size_t at = 0; at < report.mixed_faces.size(); ++at)
+    json["face_attributes"][at]["mixed_faces"] = report.mixed_faces[at];
   if (report.rounding) json["max_error"]["position"] = rounding_json(*report.rounding);
   json["backend"] = report.backend;
   json["stored_bytes"] = report.stored_bytes;

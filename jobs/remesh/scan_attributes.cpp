@@ -10,6 +10,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "number_type.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
@@ -70,34 +72,6 @@ std::uint64_t records_not_finite(const MeshAttribute& attribute) {
   return found;
 }
 
-using Interpolate = void (*)(const MeshAttribute&, const Shares&, std::byte*);
-
-Interpolate interpolation_of(ComponentType type) {
-  switch (type) {
-    case ComponentType::kFloat64:
-      return interpolate<double>;
-    case ComponentType::kInt8:
-      return interpolate<std::int8_t>;
-    case ComponentType::kInt16:
-      return interpolate<std::int16_t>;
-    case ComponentType::kInt32:
-      return interpolate<std::int32_t>;
-    case ComponentType::kInt64:
-      return interpolate<std::int64_t>;
-    case ComponentType::kUint8:
-      return interpolate<std::uint8_t>;
-    case ComponentType::kUint16:
-      return interpolate<std::uint16_t>;
-    case ComponentType::kUint32:
-      return interpolate<std::uint32_t>;
-    case ComponentType::kUint64:
-      return interpolate<std::uint64_t>;
-    case ComponentType::kFloat32:
-      break;
-  }
-  return interpolate<float>;
-}
-
 }  // namespace
 
 void warn_of_values_not_finite(std::span<const MeshAttribute> attributes,
@@ -156,7 +130,9 @@ void ScanAttributes::blend(std::size_t attribute, std::span<const VertexId> reco
                            std::span<const double> weights, std::byte* to) const {
   const MeshAttribute& whole = attributes_[attribute];
   if (has_mean(whole.schema)) {
-    interpolation_of(whole.schema.type)(whole, {records, weights}, to);
+    with_number_type(whole.schema.type, [&]<class Number>(Number) {
+      interpolate<Number>(whole, {records, weights}, to);
+    });
     return;
   }
   const auto nearest = std::ranges::max_element(weights) - weights.begin();

@@ -11,7 +11,8 @@ from ._functions import LIBRARY, text
 from ._reading import frozen
 from .errors import InvalidArgument, NotFound
 
-_OF_FACES = {"|u1": 7, "<u2": 8, "<u4": 9}
+_NUMBERS = {name: number for number, name in types.TYPES.items()}
+_INTEGERS = ("|u1", "<u2", "<u4", "<u8", "|i1", "<i2", "<i4", "<i8")
 
 
 def texts(store):
@@ -82,6 +83,15 @@ def face_attributes(store, face_count):
     return arrays
 
 
+def _smallest(given):
+    """The smallest dtype of a store that has these numbers."""
+    if given.dtype.kind == "f":
+        return np.dtype("<f4" if given.dtype.itemsize <= 4 else "<f8")
+    low, high = (int(given.min()), int(given.max())) if given.dtype.kind in "iu" else (0, 1)
+    return np.dtype(next(each for each in _INTEGERS
+                         if np.iinfo(each).min <= low and high <= np.iinfo(each).max))
+
+
 def set_face_attribute(store, name, numbers, dtype):
     """Fills an attribute of faces; adds it if the store does not have it."""
     given = _records.unmasked(f"'{name}'", numbers)
@@ -91,19 +101,17 @@ def set_face_attribute(store, name, numbers, dtype):
                               f"{given.shape}")
     there = _face_types(store._store()).get(name)
     if dtype is not None:
-        wanted = np.dtype(_records.type_name(dtype, _OF_FACES))
+        wanted = np.dtype(_records.type_name(dtype, _NUMBERS))
     elif there is not None:
         wanted = there
     else:
-        wanted = next((each for each in map(np.dtype, _OF_FACES)
-                       if given.dtype.kind not in "iu" or int(given.max()) <= np.iinfo(each).max),
-                      np.dtype("<u4"))
+        wanted = _smallest(given)
     records = np.ascontiguousarray(_records.fitted(f"'{name}'", given, wanted))
     if there is not None and there != wanted:
         raise InvalidArgument(f"'{name}': expected {there}, the dtype that it has, found {wanted}: "
                               "remove_face_attribute() first")
     if there is None:
-        store._change(LIBRARY.plait_store_add_face_attribute, text(name), _OF_FACES[wanted.str])
+        store._change(LIBRARY.plait_store_add_face_attribute, text(name), _NUMBERS[wanted.str])
     address = c_void_p()
     store._change(LIBRARY.plait_store_edit_face_records, text(name), byref(address), None)
     ctypes.memmove(address.value, records.ctypes.data, records.nbytes)

@@ -496,8 +496,8 @@ class Store:
         """Writes an attribute of the base faces, and adds it if it is new.
 
         numbers: one for each face, in the order of store.base.triangles; of your own array by face of
-        the input, array[store.input.input_faces]. dtype: uint8, uint16 or uint32; None: that of the
-        attribute, or the smallest one that has the numbers.
+        the input, array[store.input.input_faces]. dtype: None takes that of the attribute, or the
+        smallest one that has the numbers.
         """
         _notes.set_face_attribute(self, name, numbers, dtype)
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "base/interruption.h"
@@ -34,7 +35,9 @@ class Repair {
     list_.vertices = positions_.size();
     list_.faces = faces_.size();
     origin_.resize(positions_.size());
-    for (std::size_t i = 0; i < origin_.size(); ++i) origin_[i] = static_cast<VertexId>(i);
+    std::iota(origin_.begin(), origin_.end(), VertexId{0});
+    face_origin_.resize(faces_.size());
+    std::iota(face_origin_.begin(), face_origin_.end(), FaceId{0});
   }
 
   Repaired run(const SurfaceRepairOptions& options) {
@@ -53,6 +56,7 @@ class Repair {
     result.seam_vertices = seam_vertices();
     result.surface = {std::move(positions_), std::move(faces_), std::move(across_)};
     result.origin = std::move(origin_);
+    result.face_origin = std::move(face_origin_);
     result.list = list_;
     return result;
   }
@@ -81,6 +85,14 @@ class Repair {
     return faces_[face][static_cast<std::size_t>(corner % 3)];
   }
   FaceSide across(FaceId face, int side) const { return across_[FaceSide(face, side).code]; }
+  void move_face(std::size_t from, std::size_t to) {
+    faces_[to] = faces_[from];
+    face_origin_[to] = face_origin_[from];
+  }
+  void resize_faces(std::size_t count) {
+    faces_.resize(count);
+    face_origin_.resize(count);
+  }
   FaceId face_count() const { return static_cast<FaceId>(faces_.size()); }
 
   std::string_view source_;
@@ -89,6 +101,7 @@ class Repair {
   std::vector<CutFace> cut_faces_;
   std::vector<FaceSide> across_;
   std::vector<VertexId> origin_;
+  std::vector<FaceId> face_origin_;
   RepairList list_;
   bool first_pairs_ = true;
 };
@@ -116,10 +129,10 @@ void Repair::remove_bad_faces() {
     } else {
       const Point normal = area_vector(positions_[a], positions_[b], positions_[c]);
       if (!(dot(normal, normal) > 0)) ++list_.needle_faces;
-      faces_[kept++] = faces_[face];
+      move_face(face, kept++);
     }
   }
-  faces_.resize(kept);
+  resize_faces(kept);
 }
 
 void Repair::remove_duplicates() {
@@ -145,8 +158,8 @@ void Repair::remove_duplicates() {
   }
   std::size_t kept = 0;
   for (std::size_t face = 0; face < faces_.size(); ++face)
-    if (stays[face]) faces_[kept++] = faces_[face];
-  faces_.resize(kept);
+    if (stays[face]) move_face(face, kept++);
+  resize_faces(kept);
 }
 
 void Repair::orient() {
@@ -251,14 +264,14 @@ void Repair::keep_faces(Stays stays) {
   for (FaceId face = 0; face < face_count(); ++face) {
     const FaceId to = number[face];
     if (to == kNoId) continue;
-    faces_[to] = faces_[face];
+    move_face(face, to);
     for (int side = 0; side < 3; ++side) {
       const FaceSide beyond = across(face, side);
       across_[FaceSide(to, side).code] =
           beyond.exists() ? FaceSide(number[beyond.face()], beyond.side()) : FaceSide();
     }
   }
-  faces_.resize(kept);
+  resize_faces(kept);
   across_.resize(3 * faces_.size());
 }
 
@@ -301,6 +314,7 @@ void Repair::fill_hole(const std::vector<FaceSide>& hole) {
   for (const auto& face : fill.faces) {
     const FaceId added = face_count();
     faces_.push_back({vertices[face[0]], vertices[face[1]], vertices[face[2]]});
+    face_origin_.push_back(kNoId);
     across_.resize(3 * faces_.size());
     for (int side = 0; side < 3; ++side) {
       const FaceSide here(added, side);

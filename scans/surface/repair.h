@@ -58,6 +58,8 @@ struct Repaired {
   /// [vertex] the vertex of the mesh before; kNoId for one that fills a hole: its attributes are
   /// the mean of those of its neighbours with smaller numbers, which are nearer to the border.
   std::vector<VertexId> origin;
+  /// [face] the face of the mesh before; kNoId for one that fills a hole.
+  std::vector<FaceId> face_origin;
   RepairList list;
   /// Vertices of the mesh before, at borders of this surface, whose positions others of them have.
   std::uint64_t seam_vertices = 0;

@@ -166,11 +166,16 @@ def test_texts_and_face_attributes_are_kept(tmp_path):
                 store.set_face_attribute("flag", wrong)
         store.set_face_attribute("gone", np.ones(len(faces), int), dtype=np.uint32)
         store.remove_face_attribute("gone")
+        store.set_face_attribute("height", np.arange(len(faces)) / 4)
+        store.set_face_attribute("shift", np.arange(len(faces)) - 200)
         store.commit()
     with plait.open(path) as store:
         assert store.texts == {"author": "Åsa", "units": "m"}
         attributes = store.face_attributes
-        assert set(attributes) == {"material", "flag"}
+        assert set(attributes) == {"material", "flag", "height", "shift"}
+        assert attributes["height"].dtype == np.float64 and attributes["shift"].dtype == np.int16
+        np.testing.assert_array_equal(attributes["height"], np.arange(len(faces)) / 4)
+        np.testing.assert_array_equal(attributes["shift"], np.arange(len(faces)) - 200)
         assert attributes["material"].dtype == np.uint16 and attributes["flag"].dtype == np.uint8
         np.testing.assert_array_equal(attributes["material"][store.input.faces], material)
         assert (attributes["flag"] == 1).all() and not attributes["flag"].flags.writeable

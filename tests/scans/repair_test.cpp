@@ -19,6 +19,7 @@ Repaired repaired(IndexedMesh mesh, const SurfaceRepairOptions& options = {}) {
   BaseMesh::build({result.surface.positions, result.surface.faces}, "repaired", &changes);
   CHECK(changes.empty());
   CHECK(result.origin.size() == result.surface.positions.size());
+  CHECK(result.face_origin.size() == result.surface.faces.size());
   return result;
 }
 
@@ -98,6 +99,7 @@ TEST_CASE("Repair_BadFacesAndVertices_AreRemovedAndCounted") {
   mesh.faces.push_back({faces[3][2], faces[3][1], faces[3][0]});
   const Repaired result = repaired(mesh);
   CHECK(result.surface.faces == faces);
+  CHECK(result.face_origin.back() == faces.size() - 1);
   CHECK(result.list.not_finite_vertices == 1);
   CHECK(result.list.not_finite_faces == 1);
   CHECK(result.list.degenerate_faces == 1);
@@ -190,6 +192,7 @@ TEST_CASE("Repair_SmallComponents_AreRemovedOnRequest") {
   CHECK(result.list.small_component_faces == 8);
   CHECK(figures_of(result.surface).components == 1);
   CHECK(result.surface.faces.size() == 8);
+  CHECK(result.face_origin.front() == 4);
 }
 
 TEST_CASE("Repair_Holes_AreFilledUpToTheirSize") {
@@ -205,6 +208,10 @@ TEST_CASE("Repair_Holes_AreFilledUpToTheirSize") {
   CHECK(both.list.filled_hole_faces == 7);
   CHECK(figures_of(both.surface).euler_number == 0);
   CHECK(both.origin.back() == kNoId);
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face)
+    REQUIRE(both.face_origin[face] == face);
+  for (std::size_t face = mesh.faces.size(); face < both.face_origin.size(); ++face)
+    REQUIRE(both.face_origin[face] == kNoId);
 }
 
 // A fan would have all edges of the hole at one vertex.

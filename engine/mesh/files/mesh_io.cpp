@@ -99,7 +99,8 @@ AttributedMesh read_mesh(Input& input, Reading reading) {
                              way_to_keep(reader == read_ply, reading)));
   release_excess(read.mesh.positions);
   release_excess(read.mesh.faces);
-  for (MeshAttribute& attribute : read.attributes) release_excess(attribute.records);
+  for (auto* const attributes : {&read.attributes, &read.face_attributes})
+    for (MeshAttribute& attribute : *attributes) release_excess(attribute.records);
   return read;
 }
 
@@ -135,11 +136,13 @@ IndexedMesh read_indexed_mesh(const std::filesystem::path& path, Warnings* warni
 }
 
 AttributedMesh read_attributed_mesh(const std::filesystem::path& path, Warnings* warnings,
-                                    NotFinite not_finite) {
+                                    NotFinite not_finite, OfFaces of_faces) {
   return with_memory_errors("read " + path.native(), [&] {
     Input input(path);
     input.keep_not_finite(not_finite == NotFinite::kKeep);
-    return read_mesh(input, {.attributes = true, .warnings = warnings});
+    return read_mesh(input, {.attributes = true,
+                             .face_attributes = of_faces == OfFaces::kKeep,
+                             .warnings = warnings});
   });
 }
 

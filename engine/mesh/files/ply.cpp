@@ -91,10 +91,17 @@ class PlyReader {
   PlyReader(Input& input, PlyHeader header, Reading& reading)
       : input_(input), header_(std::move(header)), reading_(reading) {
     check_header();
-    if (!reading_.attributes) return;
-    attributes_ = attributes_of(*vertices_, no_attributes_);
-    records_.resize(attributes_.size());
-    lost_digits_.resize(vertices_->properties.size());
+    if (reading_.attributes) {
+      attributes_ = attributes_of(*vertices_, no_attributes_);
+      records_.resize(attributes_.size());
+      lost_digits_.resize(vertices_->properties.size());
+    }
+    if (reading_.face_attributes) {
+      face_attributes_ = face_attributes_of(*faces_, no_face_attributes_);
+      face_records_.resize(face_attributes_.size());
+      lost_digits_of_faces_.resize(faces_->properties.size());
+      std::erase(no_face_attributes_, faces_->properties[face_list_].name);
+    }
   }
 
   void read() {
@@ -111,19 +118,14 @@ class PlyReader {
       reading_.warn(fmt::format("{}: {} bytes after the last element of the header were ignored",
                                 input_.path().native(), ignored_bytes_));
     leave_out();
-    for (std::size_t property = 0; property < lost_digits_.size(); ++property)
-      if (lost_digits_[property].count() > 0)
-        reading_.warn(fmt::format("{}: vertex property {}: {}", input_.path().native(),
-                                  in_quotes(vertices_->properties[property].name),
-                                  lost_digits_[property].text()));
+    say_lost_digits(*vertices_, lost_digits_);
+    say_lost_digits(*faces_, lost_digits_of_faces_);
     return std::move(mesh_);
   }
   std::optional<ComponentType> precision() const;
-  std::vector<MeshAttribute> finish_attributes() {
-    std::vector<MeshAttribute> result;
-    for (std::size_t at = 0; at < attributes_.size(); ++at)
-      result.push_back({attributes_[at].schema, std::move(records_[at])});
-    return result;
+  std::vector<MeshAttribute> finish_attributes() { return finish(attributes_, records_); }
+  std::vector<MeshAttribute> finish_face_attributes() {
+    return finish(face_attributes_, face_records_);
   }
 
  private:
@@ -142,6 +144,10 @@ class PlyReader {
       } else if (&element == faces_) {
         if (reading_.sink == nullptr)
           reserve_huge(mesh_.faces, input_.plausible_count(element.count, least_triangle_bytes()));
+        for (std::size_t at = 0; at < face_attributes_.size(); ++at)
+          reserve_huge(face_records_[at],
+                       input_.plausible_count(element.count, least_triangle_bytes()) *
+                           face_attributes_[at].schema.record_bytes());
         read_faces(values);
       } else {
         skip_element(values, element);
@@ -158,12 +164,19 @@ class PlyReader {
     } while (input_.fill());
   }
 
-  /// A number of a vertex's record in the file, and the records that get it.
+  /// A number of an element's record in the file, and the records that get it.
   struct RecordPart {
     std::size_t offset, bytes;
     std::vector<std::byte>* to;
+
+    void append(const char* record, bool big_endian) const {
+      for (std::size_t byte = 0; byte < bytes; ++byte)
+        to->push_back(
+            static_cast<std::byte>(record[offset + (big_endian ? bytes - 1 - byte : byte)]));
+    }
   };
   std::vector<RecordPart> record_parts();
+  std::vector<RecordPart> face_record_parts();
 
   void give_part() {
     if (reading_.sink == nullptr ||
@@ -174,8 +187,17 @@ class PlyReader {
     mesh_.faces.clear();
   }
 
+  static std::vector<MeshAttribute> finish(const std::vector<PlyAttribute>& attributes,
+                                           std::vector<std::vector<std::byte>>& records) {
+    std::vector<MeshAttribute> result;
+    for (std::size_t at = 0; at < attributes.size(); ++at)
+      result.push_back({attributes[at].schema, std::move(records[at])});
+    return result;
+  }
+
   void check_header();
   void leave_out() const;
+  void say_lost_digits(const PlyElement& element, std::span<const LostDigits> lost) const;
   std::uint64_t least_triangle_bytes() const;
   [[noreturn]] void refuse_header(std::string_view what) const {
     input_.refuse_at_line(header_.lines, fmt::format("header: {}", what));
@@ -193,8 +215,10 @@ class PlyReader {
   [[noreturn]] void refuse_polygon(const Values& values, std::uint64_t corners) const;
   std::uint64_t read_vertices_in_bulk(BinaryPlyValues& values);
   template <class Values>
-  void add_numbers(Values& values, std::span<const double> numbers);
-  bool read_triangle_in_bulk(BinaryPlyValues& values);
+  void add_numbers(Values& values, const PlyElement& element,
+                   std::span<const PlyAttribute> attributes, std::span<const double> numbers,
+                   std::vector<std::vector<std::byte>>& records);
+  bool read_triangle_in_bulk(BinaryPlyValues& values, std::span<const RecordPart> parts);
   bool is_vertex(double index) const {
     return index >= 0 && index < static_cast<double>(vertices_->count) &&
            index == std::floor(index);
@@ -212,6 +236,11 @@ class PlyReader {
   std::vector<std::vector<std::byte>> records_;  ///< [attribute]
   std::vector<LostDigits> lost_digits_;          ///< [property of a vertex]
   std::vector<std::string> no_attributes_;       ///< vertex properties that cannot be attributes
+  std::vector<PlyAttribute> face_attributes_;
+  std::vector<std::vector<std::byte>> face_records_;  ///< [face attribute]
+  std::vector<LostDigits> lost_digits_of_faces_;      ///< [property of a face]
+  std::vector<std::string> no_face_attributes_;
+  std::vector<double> face_numbers_;  ///< [property] of the present face
   IndexedMesh mesh_;
   FaceDivider divider_{mesh_};
 };
@@ -253,8 +282,11 @@ void PlyReader::leave_out() const {
     say_of_vertices("properties", names_of(*vertices_, [&](std::size_t at) {
                       return std::ranges::find(position_.index, at) == position_.index.end();
                     }));
-  if (const auto names = names_of(*faces_, [&](std::size_t at) { return at != face_list_; });
-      !names.empty())
+  const std::vector<std::string> names =
+      reading_.face_attributes
+          ? no_face_attributes_
+          : names_of(*faces_, [&](std::size_t at) { return at != face_list_; });
+  if (!names.empty())
     reading_.leave_out_of(fmt::format("properties {}", fmt::join(names, ", ")), faces_->count,
                           "face", "faces");
   for (const PlyElement& element : header_.elements)
@@ -263,6 +295,14 @@ void PlyReader::leave_out() const {
                          fmt::format("elements {}", element.name));
   for (const std::string& file : header_.texture_files)
     reading_.left_out.push_back(fmt::format("texture file {}", file));
+}
+
+void PlyReader::say_lost_digits(const PlyElement& element, std::span<const LostDigits> lost) const {
+  for (std::size_t property = 0; property < lost.size(); ++property)
+    if (lost[property].count() > 0)
+      reading_.warn(fmt::format("{}: {} property {}: {}", input_.path().native(), element.name,
+                                in_quotes(element.properties[property].name),
+                                lost[property].text()));
 }
 
 void PlyReader::check_header() {
@@ -328,6 +368,23 @@ std::vector<PlyReader::RecordPart> PlyReader::record_parts() {
   return parts;
 }
 
+/// Of triangles. REQUIRES: no other list.
+std::vector<PlyReader::RecordPart> PlyReader::face_record_parts() {
+  std::vector<RecordPart> parts;
+  for (std::size_t at = 0; at < face_attributes_.size(); ++at) {
+    const std::size_t property = face_attributes_[at].properties[0];
+    std::size_t offset = 0;
+    for (std::size_t i = 0; i < property; ++i) {
+      const PlyProperty& before = faces_->properties[i];
+      offset += before.is_list ? ply_type_bytes(before.count_type) + 3 * ply_type_bytes(before.type)
+                               : ply_type_bytes(before.type);
+    }
+    parts.push_back(
+        {offset, ply_type_bytes(faces_->properties[property].type), &face_records_[at]});
+  }
+  return parts;
+}
+
 /// REQUIRES: no lists, a record shorter than the buffer. Returns the number of records, all of
 /// which it has read.
 std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
@@ -361,10 +418,7 @@ std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
                          fmt::format("({}, {}, {})", p.x, p.y, p.z));
       }
       mesh_.positions.push_back(p);
-      for (const RecordPart& part : parts)
-        for (std::size_t byte = 0; byte < part.bytes; ++byte)
-          part.to->push_back(static_cast<std::byte>(
-              record[part.offset + (big_endian ? part.bytes - 1 - byte : byte)]));
+      for (const RecordPart& part : parts) part.append(record, big_endian);
     }
     input_.consume(ready * stride);
     done += ready;
@@ -373,14 +427,17 @@ std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
   return done;
 }
 
-/// Appends the numbers of a vertex to the records. [property of the vertex]
+/// Appends the numbers of an element to the records of its attributes. [property of the element]
 template <class Values>
-void PlyReader::add_numbers(Values& values, std::span<const double> numbers) {
-  for (std::size_t at = 0; at < attributes_.size(); ++at)
-    for (const std::size_t property : attributes_[at].properties)
-      if (!append_number(vertices_->properties[property].type, numbers[property], records_[at]))
+void PlyReader::add_numbers(Values& values, const PlyElement& element,
+                            std::span<const PlyAttribute> attributes,
+                            std::span<const double> numbers,
+                            std::vector<std::vector<std::byte>>& records) {
+  for (std::size_t at = 0; at < attributes.size(); ++at)
+    for (const std::size_t property : attributes[at].properties)
+      if (!append_number(element.properties[property].type, numbers[property], records[at]))
         values.refuse(fmt::format("a number of the type of {}",
-                                  in_quotes(vertices_->properties[property].name)),
+                                  in_quotes(element.properties[property].name)),
                       fmt::format("{}", numbers[property]));
 }
 
@@ -411,7 +468,7 @@ void PlyReader::read_vertices(Values& values) {
       if (!input_.takes(value)) values.refuse("a finite position", fmt::format("{}", value));
       p[static_cast<int>(axis - position_.index.begin())] = value;
     }
-    add_numbers(values, numbers);
+    add_numbers(values, *vertices_, attributes_, numbers, records_);
     values.end_element();
     mesh_.positions.push_back(p);
     give_part();
@@ -421,7 +478,7 @@ void PlyReader::read_vertices(Values& values) {
 /// Reads the next face if it is a triangle, has no other list, and lies in the buffer as a whole;
 /// otherwise consumes nothing and returns false. A face with a bad index also returns false: the
 /// value-by-value reader then reports the place of the index.
-bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values) {
+bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values, std::span<const RecordPart> parts) {
   const PlyProperty& list = faces_->properties[face_list_];
   const std::size_t index_bytes = ply_type_bytes(list.type);
   const std::size_t count_bytes = ply_type_bytes(list.count_type);
@@ -443,6 +500,7 @@ bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values) {
   // With this many triangles, the value-by-value reader reports the error.
   if (mesh_.faces.size() >= kMaxFaces) return false;
   divider_.add_triangle(face);
+  for (const RecordPart& part : parts) part.append(bytes.data(), values.big_endian());
   input_.consume(record_bytes);
   return true;
 }
@@ -460,10 +518,19 @@ void PlyReader::refuse_polygon(const Values& values, std::uint64_t corners) cons
 
 template <class Values>
 void PlyReader::read_face(Values& values) {
+  const std::size_t triangles = mesh_.faces.size();
+  face_numbers_.resize(faces_->properties.size());
   for (std::size_t i = 0; i < faces_->properties.size(); ++i) {
     const PlyProperty& property = faces_->properties[i];
     if (i != face_list_) {
-      skip_property(values, property);
+      if (property.is_list || face_attributes_.empty()) {
+        skip_property(values, property);
+        continue;
+      }
+      face_numbers_[i] = values.value(property.type);
+      if constexpr (std::is_same_v<Values, TextPlyValues>)
+        if (property.type == PlyType::kFloat32)
+          lost_digits_of_faces_[i].add(values.word(), face_numbers_[i]);
       continue;
     }
     const std::uint64_t corners = read_list_count(values, property);
@@ -478,6 +545,9 @@ void PlyReader::read_face(Values& values) {
         values.refuse(fmt::format("at most {} triangles", kMaxFaces), "more");
     }
   }
+  if (!face_attributes_.empty())
+    for (std::size_t added = triangles; added < mesh_.faces.size(); ++added)
+      add_numbers(values, *faces_, face_attributes_, face_numbers_, face_records_);
 }
 
 template <class Values>
@@ -488,10 +558,11 @@ void PlyReader::read_faces(Values& values) {
     for (const PlyProperty& property : faces_->properties) lists += property.is_list ? 1 : 0;
     bulk = lists == 1;
   }
+  const std::vector<RecordPart> parts = bulk ? face_record_parts() : std::vector<RecordPart>{};
   for (std::uint64_t face = 0; face < faces_->count; ++face) {
     give_part();
     if constexpr (std::is_same_v<Values, BinaryPlyValues>)
-      if (bulk && read_triangle_in_bulk(values)) continue;
+      if (bulk && read_triangle_in_bulk(values, parts)) continue;
     values.begin_element({"face", face, faces_->count});
     read_face(values);
     values.end_element();
@@ -506,6 +577,7 @@ AttributedMesh read_ply(Input& input, Reading& reading) {
   const std::optional<ComponentType> precision = reader.precision();
   AttributedMesh result{reader.finish(), precision};
   result.attributes = reader.finish_attributes();
+  result.face_attributes = reader.finish_face_attributes();
   return result;
 }
 

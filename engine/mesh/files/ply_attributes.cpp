@@ -11,6 +11,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::size_t kMostComponents = 255;
+constexpr std::size_t kMostFaceAttributes = 255;
 
 ComponentType component_type(PlyType type) {
   switch (type) {
@@ -121,6 +122,23 @@ std::vector<PlyAttribute> attributes_of(const PlyElement& vertices,
     // The second property of a name is not found by it.
     if (property.is_list ||
         (!groups.taken(at) && !add(groups.take(property.name, {property.name}))))
+      left_out.push_back(property.name);
+  }
+  return attributes;
+}
+
+std::vector<PlyAttribute> face_attributes_of(const PlyElement& faces,
+                                             std::vector<std::string>& left_out) {
+  std::vector<PlyAttribute> attributes;
+  for (std::size_t at = 0; at < faces.properties.size(); ++at) {
+    const PlyProperty& property = faces.properties[at];
+    if (!property.is_list && is_attribute_name(property.name) &&
+        attributes.size() < kMostFaceAttributes &&
+        std::ranges::none_of(attributes, [&](const PlyAttribute& each) {
+          return each.schema.name == property.name;
+        }))
+      attributes.push_back({{property.name, component_type(property.type), 1}, {at}});
+    else
       left_out.push_back(property.name);
   }
   return attributes;

@@ -1,4 +1,4 @@
-// ply_attributes.h: which vertex properties of a PLY file together are an attribute.
+// ply_attributes.h: which properties of a PLY file together are an attribute.
 #pragma once
 
 #include <cstddef>
@@ -19,5 +19,8 @@ struct PlyAttribute {
 /// properties that are none (plait/extend/attributed_mesh.h).
 std::vector<PlyAttribute> attributes_of(const PlyElement& vertices,
                                         std::vector<std::string>& left_out);
+/// Those of the element "face": each scalar property is one. A store has at most 255.
+std::vector<PlyAttribute> face_attributes_of(const PlyElement& faces,
+                                             std::vector<std::string>& left_out);
 
 PLAIT_END_NAMESPACE

@@ -121,6 +121,50 @@ TEST_CASE("ReadAttributedMesh_EveryPlyFormat_KeepsTypesAndNumbers") {
   CHECK((warnings[0].find("neighbours") != std::string::npos) == with_list);
 }
 
+TEST_CASE("ReadAttributedMesh_PropertiesOfFaces_AreKeptForEachTriangleOnRequest") {
+  const auto format =
+      GENERATE(as<std::string>(), "ascii", "binary_little_endian", "binary_big_endian");
+  const auto with_list = GENERATE(false, true);
+  const MeshDirectory directory;
+  std::string body;
+  for (int vertex = 0; vertex < 4; ++vertex) {
+    for (const int number : {vertex % 2, vertex / 2, 0}) append_typed(body, "float", number, format);
+    if (format == "ascii") body += "\n";
+  }
+  // The second face is a square.
+  for (const int corners : {3, 4}) {
+    append_typed(body, "short", -corners, format);
+    append_typed(body, "uchar", corners, format);
+    for (const int corner : {0, 1, 3, 2})
+      if (corner != 2 || corners == 4) append_typed(body, "int", corner, format);
+    append_typed(body, "double", 0.5 + corners, format);
+    append_typed(body, "uint", 4e9 + corners, format);
+    if (with_list) append_typed(body, "uchar", 0, format);
+    if (format == "ascii") body += "\n";
+  }
+  std::string text = "ply\nformat " + format +
+                     " 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+                     "z\nelement face 2\nproperty short first\nproperty list uchar int "
+                     "vertex_indices\nproperty double second\nproperty uint third\n";
+  if (with_list) text += "property list uchar int empty\n";
+  const auto path = directory.file("a.ply", text + "end_header\n" + body);
+  std::vector<std::string> warnings;
+  AttributedMesh read = read_attributed_mesh(path, &warnings, NotFinite::kRefuse, OfFaces::kKeep);
+  REQUIRE(read.mesh.faces.size() == 3);
+  CHECK(read.face_attributes.size() == 3);
+  read.attributes = std::move(read.face_attributes);
+  CHECK(records_of<std::int16_t>(read, "first") == std::vector<std::int16_t>{-3, -4, -4});
+  CHECK(records_of<double>(read, "second") == std::vector<double>{3.5, 4.5, 4.5});
+  CHECK(records_of<std::uint32_t>(read, "third") ==
+        std::vector<std::uint32_t>{4000000003u, 4000000004u, 4000000004u});
+  REQUIRE(warnings.size() == (with_list ? 2 : 1));
+  if (with_list) CHECK_THAT(warnings[1], Catch::Contains("left out: properties empty of 2 faces"));
+  warnings.clear();
+  CHECK(read_attributed_mesh(path, &warnings).face_attributes.empty());
+  REQUIRE(warnings.size() == 2);
+  CHECK_THAT(warnings[1], Catch::Contains("left out: properties first, second, third"));
+}
+
 TEST_CASE("ReadAttributedMesh_NumberBeyondItsType_IsRefused") {
   const MeshDirectory directory;
   const std::string text =

@@ -207,7 +207,7 @@ void read_optional(Store& store, Fields& fields, std::uint32_t flags) {
       attribute.name = fields.take_text();
       attribute.number = fields.take_u32();
       attribute.type = static_cast<unsigned>(fields.take(1));
-      require(attribute.type >= 7 && attribute.type <= 9, "type of a face attribute");
+      require(attribute.type >= 1 && attribute.type <= 10, "type of a face attribute");
       attribute.checksum = fields.take(8);
       store.face_attributes.push_back(attribute);
     }

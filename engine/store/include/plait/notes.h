@@ -23,10 +23,10 @@ PLAIT_BEGIN_NAMESPACE
 class StoreNotes {
  public:
   /// Attributes of the faces of Store::base(): material, part number. They have names of their own,
-  /// and one integer for each face.
+  /// and one number for each face.
   std::span<const AttributeSchema> face_attributes() const;
   /// Adds one, of zeros. Errors: kInvalidArgument for a name that is taken or ill-formed, for
-  /// another type than uint8, uint16 and uint32 x 1, and for more than 255 face attributes.
+  /// more than one component, and for more than 255 face attributes.
   void add_face_attribute(AttributeSchema schema);
   /// Errors: kNotFound.
   void remove_face_attribute(std::string_view name);
