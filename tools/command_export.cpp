@@ -26,6 +26,8 @@ std::string export_text(const nlohmann::ordered_json& report) {
         "them)",
         count("moved"),
         report["file"].get<std::string>().ends_with("stl") ? "triangles" : "vertices", error);
+  if (report["side_normals"].get<std::uint64_t>() > 0)
+    lost += fmt::format(", {} normals at sharp edges are those of one side", count("side_normals"));
   if (!report["left_out"].empty())
     lost += fmt::format(", without {}",
                         fmt::join(report["left_out"].get<std::vector<std::string>>(), ", "));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -99,6 +100,29 @@ std::string harm_text(const Narrowing& narrowing) {
 }
 
 }  // namespace
+
+double lost_step(std::span<const Vector3<double>> positions, double edge) {
+  constexpr double kMostOfEdge = 0.1, kFewestOfVertices = 0.1;
+  if (!(edge > 0) || !fit_all(positions)) return 0;
+  std::size_t count = 0;
+  double largest = 0;
+  for (std::size_t vertex = 0; vertex < positions.size(); ++vertex) {
+    if (is_turn_to_poll(vertex)) poll_interruption();
+    if (!is_finite_position(positions[vertex])) continue;
+    double lost = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto number = static_cast<float>(positions[vertex][axis]);
+      const double step = step_of_float32(positions[vertex][axis]);
+      if ((std::bit_cast<std::uint32_t>(number) & 1u) != 0 && step > kMostOfEdge * edge)
+        lost = std::max(lost, step);
+    }
+    count += lost > 0 ? 1u : 0u;
+    largest = std::max(largest, lost);
+  }
+  return static_cast<double>(count) > kFewestOfVertices * static_cast<double>(positions.size())
+             ? largest
+             : 0;
+}
 
 void add_vertex(const Vector3<double>& position, const EdgesOfVertex& edges, Narrowing& result) {
   if (result.levels > 0) measure_finest_level(position, edges, result);

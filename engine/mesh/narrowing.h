@@ -75,6 +75,13 @@ ComponentType precision_for(const Narrowing& narrowing, std::optional<ComponentT
 Narrowing narrowing_of(std::span<const Vector3<double>> positions,
                        std::span<const std::array<VertexId, 3>> faces, int levels = 0);
 
+/// The largest step of float32 among coordinates whose digits seem to have been lost before: all
+/// positions are numbers of float32, and for a tenth of them the last binary digit of a coordinate
+/// is used, though it is worth more than a tenth of `edge`. Otherwise 0. Metres of UTM that were
+/// written as float32 are such; whole numbers are not. Pinned by
+/// tests/engine/mesh/narrowing_test.cpp.
+double lost_step(std::span<const Vector3<double>> positions, double edge);
+
 /// The type for the positions of a mesh: `asked`, or else `of_file` if that is float64, or else
 /// float32 unless that harms the mesh or the `levels` finer levels that are made of it. Adds a line
 /// to `warnings` if that harms: what float32 does, and what keeps the positions.

@@ -171,6 +171,30 @@ std::vector<std::string> others(const Store& store, AttributeId position,
   return names;
 }
 
+bool has_normals(const Store& store, std::span<const AttributeId> extras) {
+  return std::ranges::any_of(extras, [&](AttributeId id) {
+    const AttributeSchema& schema = store.attributes()[id].schema;
+    return schema.name == "normal" && schema.components == 3 &&
+           (schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64);
+  });
+}
+
+/// Nothing if the file has no normals of sides.
+std::optional<CreaseNormals> crease_normals(const ExportTask& task) {
+  if (!has_normals(task.store, task.extras)) return std::nullopt;
+  const CreasePoints points(task.store, task.level);
+  const std::uint64_t count = points.vertex_count(task.store.base(), task.patches.faces());
+  if (count == 0) return std::nullopt;
+  const bool holds_sides = task.format == MeshFormat::kObj || is_gltf(task.format);
+  if (holds_sides && !task.store.has_depths())
+    return CreaseNormals(task.store, task.level, [&] { task.progress(0); });
+  task.warn(fmt::format("export {}: {}{} vertices on sharp edges have one normal for all sides: {}",
+                        task.store.path().native(), task.store.has_depths() ? "up to " : "", count,
+                        holds_sides ? "a store without depths would have one for each"
+                                    : ".obj, .glb and .gltf files have one for each"));
+  return std::nullopt;
+}
+
 /// Writes the files under their temporary names.
 ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& named,
                          const ExportRequest& request, const JobWatch& watch) {
@@ -202,13 +226,17 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   const auto warn = [&](const std::string& warning) {
     if (watch.warn) watch.warn(warning);
   };
-  const ExportTask task{store, request, format, level, position, extras, patches, progress, warn};
+  ExportTask task{store,   request, format,  level,    position,
+                  extras,  patches, nullptr, progress, warn};
+  const std::optional<CreaseNormals> creases = crease_normals(task);
+  if (creases) task.creases = &*creases;
   if (is_gltf(format)) {
     const GltfOutcome outcome = write_gltf_level(task, files);
     result.vertices = outcome.vertices;
     result.file_bytes = outcome.file_bytes;
     result.moved = outcome.moved;
     if (outcome.without_normals) result.left_out.emplace_back("normal");
+    result.side_normals = outcome.side_normals;
     return result;
   }
   if (format == MeshFormat::kPvtp) {
@@ -217,7 +245,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   }
   OutputStream output(files.main(), named.compression);
   if (format == MeshFormat::kPly) write_ply_level(task, output);
-  if (format == MeshFormat::kObj) write_obj_level(task, output);
+  if (format == MeshFormat::kObj) result.side_normals = write_obj_level(task, output);
   if (format == MeshFormat::kOff) write_off_level(task, output);
   if (format == MeshFormat::kStl) result.moved = write_stl_level(task, output);
   if (format == MeshFormat::kVtp) write_vtp_level(task, output);

@@ -54,6 +54,9 @@ struct ExportResult {
   std::uint64_t vertices = 0, triangles = 0, file_bytes = 0;
   std::uint64_t patches = 0;
   Moved moved;
+  /// Normals of OBJ and glTF files at the creases of a store (export/crease_normals.h), which are
+  /// those of the triangles on one side.
+  std::uint64_t side_normals = 0;
   /// The attributes of the level, and of the base faces, that the file does not have.
   std::vector<std::string> left_out = {};
 };
@@ -68,6 +71,8 @@ struct ExportResult {
 ///   border of two patches is in both, with the same bits. .gltf has its numbers in a .bin beside
 ///   it. Positions of float64, and quantized ones, are relative to the translation of the node.
 ///   Normals have the length 1; if one has no direction, the file has none, and `warn` says so.
+/// At the creases of a store, OBJ and glTF files have a normal for each side. Other files, and
+/// stores whose faces have depths of their own, have one for each vertex, and `warn` says so.
 /// Progress counts vertices and triangles. After an error no file is left. Removes left-overs of
 /// killed runs with the same output. Errors: those of Store::open and of UnpublishedFile;
 /// kInvalidArgument for a name of no known format, for a level, a face or an attribute that the

@@ -36,6 +36,7 @@ JobReport run_export(ExportArguments& arguments, const JobCall& call) {
           {"file_bytes", done.file_bytes},
           {"position_error", done.moved.most},
           {"moved", done.moved.count},
+          {"side_normals", done.side_normals},
           {"left_out", done.left_out}};
 }
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "export/crease_normals.h"
 #include "export/export_mesh.h"
 #include "export/mesh_format.h"
 #include "export/numbered_triangles.h"
@@ -28,6 +29,7 @@ struct ExportTask {
   AttributeId position = 0;
   std::span<const AttributeId> extras;  ///< the attributes to write besides the position
   const PatchSelection& patches;
+  const CreaseNormals* creases;  ///< null: "normal" is written as it is, or not at all
   /// Throws kCancelled. `done` counts vertices and triangles.
   std::function<void(std::uint64_t done)> progress;
   std::function<void(const std::string&)> warn;
@@ -43,11 +45,13 @@ struct ExportTask {
 struct GltfOutcome {
   std::uint64_t vertices = 0, file_bytes = 0;
   Moved moved;
-  bool without_normals = false;  ///< although they were asked for
+  bool without_normals = false;    ///< although they were asked for
+  std::uint64_t side_normals = 0;  ///< at creases
 };
 
 void write_ply_level(const ExportTask& task, OutputStream& output);
-void write_obj_level(const ExportTask& task, OutputStream& output);
+/// Returns the number of normals of sides, at creases.
+std::uint64_t write_obj_level(const ExportTask& task, OutputStream& output);
 void write_off_level(const ExportTask& task, OutputStream& output);
 /// Returns what the narrower numbers moved, in triangles.
 Moved write_stl_level(const ExportTask& task, OutputStream& output);

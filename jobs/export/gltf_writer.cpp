@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstring>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -49,6 +51,7 @@ class GltfWriter {
   }
   std::span<const GltfBounds> bounds() const { return bounds_; }
   const Moved& moved() const { return moved_; }
+  std::uint64_t side_normals() const { return side_normals_; }
 
  private:
   template <class Index>
@@ -101,9 +104,38 @@ class GltfWriter {
         const std::size_t count = faces.size() * document_.patch_vertices();
         records.resize(count * schema.record_bytes());
         reader.copy_patches(schema.name, faces, task_.level, records);
+        if (task_.creases != nullptr && column.semantic == "NORMAL")
+          put_side_normals(schema.type, faces, records);
         write_numbers(column, records, count, number);
         report(document_.group_count() * document_.columns().size(), 1);
       }
+  }
+  /// Replaces those at creases by those of the side.
+  void put_side_normals(ComponentType type, std::span<const FaceId> faces,
+                        std::span<std::byte> records) {
+    const std::size_t bytes = records.size() / faces.size();
+    for (std::size_t at = 0; at < faces.size(); ++at) {
+      if (!task_.creases->points().has_any(faces[at])) continue;
+      const std::span<std::byte> patch = records.subspan(at * bytes, bytes);
+      if (!positions_) positions_.emplace(task_.store, task_.level);
+      positions_->read(faces[at]);
+      const auto position = [&](std::int64_t i, std::int64_t j) { return positions_->at(i, j); };
+      task_.creases->for_each(
+          faces[at], position, [&](std::int64_t i, std::int64_t j, const Vector3<float>& normal) {
+            if (!(dot(normal, normal) > 0)) return;
+            const auto vertex =
+                static_cast<std::size_t>(patch_vertex(task_.creases->points().size(), i, j));
+            if (type == ComponentType::kFloat64)
+              put(patch, vertex, Vector3<double>{normal.x, normal.y, normal.z});
+            else
+              put(patch, vertex, normal);
+            ++side_normals_;
+          });
+    }
+  }
+  template <class Record>
+  static void put(std::span<std::byte> records, std::size_t vertex, const Record& record) {
+    std::memcpy(records.data() + vertex * sizeof record, &record, sizeof record);
   }
   /// `group`: that of the vertices.
   void write_numbers(const GltfColumn& column, std::span<const std::byte> records,
@@ -136,6 +168,8 @@ class GltfWriter {
   std::vector<std::byte> numbers_;
   std::uint64_t done_ = 0;
   Moved moved_;
+  std::optional<PatchPositions> positions_;  ///< for normals at creases
+  std::uint64_t side_normals_ = 0;
 };
 
 void append_word(std::string& bytes, std::uint64_t word) {
@@ -226,6 +260,7 @@ void write_glb(const GltfDocument& document, const GltfPlacement& placement, con
   file.write_at(0, std::as_bytes(std::span(head)));
   outcome.file_bytes = output.file_bytes();
   outcome.moved = writer.moved();
+  outcome.side_normals = writer.side_normals();
 }
 
 /// A text, and the numbers in a file beside it.
@@ -240,6 +275,7 @@ void write_two_files(const GltfDocument& document, const GltfPlacement& placemen
   text.close();
   outcome.file_bytes = output.file_bytes() + text.file_bytes();
   outcome.moved = writer.moved();
+  outcome.side_normals = writer.side_normals();
 }
 
 }  // namespace

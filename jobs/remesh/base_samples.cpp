@@ -85,6 +85,10 @@ class BaseSampler {
       weigh_turned_faces(scan_, result_.surface.base, request_.levels, result_.samples,
                          has_creases(), kWeightOfTurned, weights_);
     }
+    result_.surface.crease_sides.clear();
+    for (std::size_t side = 0; side < crease_sides_.size(); side += 3)
+      result_.surface.crease_sides.push_back(static_cast<std::uint8_t>(
+          crease_sides_[side] | crease_sides_[side + 1] << 1 | crease_sides_[side + 2] << 2));
     const auto go_on = [&] { progress_.begin("positions", now_.last); };
     go_on();
     mark_turned();
@@ -111,6 +115,7 @@ class BaseSampler {
            static_cast<double>(faces) <= kMostSurplus * static_cast<double>(request_.faces);
   }
   void check_reached(std::uint64_t faces) const;
+  std::string remedy_for_needles() const;
   [[noreturn]] void refuse_turned() const;
   void mark_turned();
   void set_positions();
@@ -155,6 +160,9 @@ void BaseSampler::begin_base_mesh() {
 void BaseSampler::check_reached(std::uint64_t faces) const {
   if (is_reached(faces)) return;
   std::string remedy;
+  if (report_.lost_step > 0)
+    remedy += ", or a scan that has the lost digits of its coordinates";
+  remedy += remedy_for_needles();
   if (report_.scan.components > 1)
     remedy += fmt::format(", or --min-component N removes small ones of its {} components",
                           report_.scan.components);
@@ -172,6 +180,14 @@ void BaseSampler::check_reached(std::uint64_t faces) const {
                   "small faces){}",
                   request_.scan.native(), request_.faces, faces, report_.kept_by_topology,
                   report_.kept_by_shape, faces, remedy));
+}
+
+/// Faces without area have no side that others could turn over to, and no shape to keep.
+std::string BaseSampler::remedy_for_needles() const {
+  const std::uint64_t count = report_.repairs.needle_faces;
+  if (count == 0) return {};
+  return fmt::format(", or --weld, with a tolerance or without: {} of its faces {} no area", count,
+                     count == 1 ? "has" : "have");
 }
 
 void BaseSampler::make_base() {
@@ -278,9 +294,9 @@ void BaseSampler::refuse_turned() const {
   if (count > kMostPlaces) places += ", ...";
   throw Error(ErrorCode::kInvalidArgument,
               fmt::format("remesh {}: expected no small triangle that is turned over, found {} of "
-                          "{} with the last of {} base meshes, at {}: take more faces",
+                          "{} with the last of {} base meshes, at {}: take more faces{}",
                           request_.scan.native(), report_.turned, report_.small_faces,
-                          report_.base_meshes, places));
+                          report_.base_meshes, places, remedy_for_needles()));
 }
 
 void BaseSampler::mark_turned() {

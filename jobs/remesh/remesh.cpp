@@ -4,11 +4,13 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <optional>
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "export/crease_normals.h"
 #include "import/fine_mesh.h"
 #include "job_rules.h"
 #include "mesh/narrowing.h"
@@ -138,6 +140,8 @@ class ScanRun {
   void measure(WorkPart to_store, WorkPart to_scan, double far);
   std::string far_text() const;
   void count_crossings();
+  std::string crossings_remedy() const;
+  bool sheets_coincide(const Point& p) const;
 
   /// Triangles of the store that are measured, and a tree that points into them.
   struct MeasuredTriangles {
@@ -229,6 +233,14 @@ void ScanRun::read_scan() {
   AttributedMesh mesh =
       read_attributed_mesh(request_.scan, &warnings, NotFinite::kKeep, OfFaces::kKeep);
   leave_out_own_names(mesh.attributes, request_.distances, warnings);
+  std::erase_if(mesh.face_attributes, [&](const MeshAttribute& attribute) {
+    if (attribute.schema.name != kCreaseSides) return false;
+    warnings.push_back(
+        fmt::format("property {} of the faces of the scan left out: it is what the store says of "
+                    "its own sharp edges",
+                    kCreaseSides));
+    return true;
+  });
   if (request_.weld)
     report_.merged_vertices = weld(mesh, *request_.weld, request_.scan.native(), warnings);
   warn_of_values_not_finite(mesh.attributes, warnings);
@@ -240,10 +252,20 @@ void ScanRun::read_scan() {
   const auto go_on = [&] { progress_.begin("repair", 0); };
   go_on();
   Repaired repaired = repair(std::move(mesh.mesh), request_.repair, request_.scan.native());
+  go_on();
+  report_.mean_edge = mean_edge_of({repaired.surface.positions, repaired.surface.faces});
+  report_.lost_step = lost_step(repaired.surface.positions, report_.mean_edge);
+  if (report_.lost_step > 0)
+    warnings.push_back(fmt::format(
+        "{}: coordinates have steps of {:.3g}, {:.2g} mean edges, because their other digits were "
+        "lost before: write the scan as float64, or relative to a point near it",
+        request_.scan.native(), report_.lost_step, report_.lost_step / report_.mean_edge));
   report_.seam_vertices = repaired.seam_vertices;
   if (repaired.seam_vertices > 0)
-    warnings.push_back(
-        fmt::format("{}: {}", request_.scan.native(), seam_text(repaired.seam_vertices)));
+    warnings.push_back(fmt::format(
+        "{}: {}", request_.scan.native(),
+        report_.lost_step > 0 ? seam_text(repaired.seam_vertices, "the lost digits told them apart")
+                              : seam_text(repaired.seam_vertices)));
   if (watch_.warn)
     for (const std::string& warning : warnings) watch_.warn(warning);
   go_on();
@@ -254,9 +276,7 @@ void ScanRun::read_scan() {
   report_.repairs = repaired.list;
   report_.scan = figures_of(scan_);
   go_on();
-  const TriangleSet triangles{scan_.positions, scan_.faces};
-  report_.diagonal = diagonal_of(triangles);
-  report_.mean_edge = mean_edge_of(triangles);
+  report_.diagonal = diagonal_of({scan_.positions, scan_.faces});
   report_.repair_seconds = clock.lap();
 }
 
@@ -290,6 +310,11 @@ void ScanRun::write_store(const std::filesystem::path& path) {
     fill(store, kWriting, kWritingAttributes);
   for (std::size_t at = 0; at < attributes_.count(); ++at)
     report_.attributes.push_back(attributes_.schema(at));
+  if (!surface.crease_sides.empty()) {
+    store.notes().add_face_attribute(schema_of<std::uint8_t>(std::string(kCreaseSides)));
+    std::ranges::copy(surface.crease_sides,
+                      store.notes().face_records<std::uint8_t>(kCreaseSides).begin());
+  }
   for (const auto& [numbers, mixed_faces] : of_base_faces_) {
     store.notes().add_face_attribute(numbers.schema);
     std::ranges::copy(numbers.records, store.notes().face_bytes(numbers.schema.name).begin());
@@ -451,10 +476,27 @@ void ScanRun::count_crossings() {
   const Point at = report_.crossings.first;
   watch_.warn(
       fmt::format("remesh {}: {} small faces pass through others, and {} faces of the scan do, "
-                  "first around ({:.6g}, {:.6g}, {:.6g}): take more faces where sheets are so near "
-                  "to each other, as with --faces {}",
+                  "first around ({:.6g}, {:.6g}, {:.6g}): {}",
                   request_.scan.native(), report_.crossings.faces, report_.scan_crossings.faces,
-                  at.x, at.y, at.z, 4 * report_.base.faces));
+                  at.x, at.y, at.z, crossings_remedy()));
+}
+
+std::string ScanRun::crossings_remedy() const {
+  if (report_.lost_step > 0)
+    return "faces of the scan are turned by its lost digits, and more faces do not help";
+  if (sheets_coincide(report_.crossings.first))
+    return "sheets of the scan lie on each other there, which more faces do not part: --weld makes "
+           "them one";
+  return fmt::format("take more faces where sheets are so near to each other, as with --faces {}",
+                     4 * report_.base.faces);
+}
+
+/// Whether other vertices of the scan are where those of the face nearest to `p` are.
+bool ScanRun::sheets_coincide(const Point& p) const {
+  const std::array<VertexId, 3>& face = scan_.faces[scan_tree_->closest(p).face];
+  return std::ranges::count_if(face, [&](VertexId corner) {
+           return std::ranges::count(scan_.positions, scan_.positions[corner]) > 1;
+         }) > 1;
 }
 
 }  // namespace

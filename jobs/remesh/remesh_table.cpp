@@ -75,6 +75,7 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                     {"merged_vertices", report.merged_vertices},
                     {"seam_vertices", report.seam_vertices},
                     {"precision", to_string(report.precision)},
+                    {"lost_step", report.lost_step},
                     {"diagonal", report.diagonal},
                     {"mean_edge", report.mean_edge}};
   if (request.report_samples > 0) {

@@ -23,6 +23,8 @@ struct SampledSurface {
   std::vector<Point> positions;      ///< by SampleNumbers, with numbers that the store can have
   std::vector<std::uint8_t> turned;  ///< by SampleNumbers: 1 at corners of turned ones
   std::vector<float> distances;      ///< by SampleNumbers; empty unless asked for
+  /// [face of the base mesh] bit s: side s is a crease. Empty: there are none.
+  std::vector<std::uint8_t> crease_sides;
 };
 
 /// Adds the attributes "position" (of `precision`), "turned" and, unless it is empty, "distance",

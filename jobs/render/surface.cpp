@@ -6,9 +6,11 @@
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "export/crease_normals.h"
 #include "export/vertex_stream.h"
 #include "plait/error.h"
 #include "plait/extend/patch.h"
@@ -70,7 +72,8 @@ class NormalSource {
   NormalSource(Store& store, AttributeId position, int level, std::uint64_t share_bytes)
       : level_(level),
         size_(std::int64_t{1} << relative_to_base(level, store.base_level()).refinements),
-        topology_(store.base().topology()) {
+        topology_(store.base().topology()),
+        creases_(store, level) {
     const bool stored = store.has_attribute("normal") &&
                         store.attributes()[store.attribute("normal")].finest_level >= level;
     if (stored) {
@@ -82,10 +85,22 @@ class NormalSource {
     }
   }
 
-  void enter(FaceId face) {
-    if (patches_) current_.emplace(patches_->patch(face));
+  void enter(const PositionPatch& patch) {
+    if (patches_) current_.emplace(patches_->patch(patch.face()));
+    sides_.clear();
+    const auto position = [&](std::int64_t i, std::int64_t j) {
+      const Vector3<Real>& p = patch.at(level_, i, j);
+      return Vector3<double>{p.x, p.y, p.z};
+    };
+    creases_.for_each(patch.face(), position,
+                      [&](std::int64_t i, std::int64_t j, const Vector3<float>& normal) {
+                        if (dot(normal, normal) > 0) sides_[patch_vertex(size_, i, j)] = normal;
+                      });
   }
   Vector3<float> at(const PositionPatch& patch, std::int64_t i, std::int64_t j) const {
+    if (!sides_.empty() && (i == 0 || j == 0 || i + j == size_))
+      if (const auto side = sides_.find(patch_vertex(size_, i, j)); side != sides_.end())
+        return side->second;
     if (current_) return current_->at(level_, i, j);
     if (is_corner(level_, i, j))
       return base_normals_[topology_
@@ -97,6 +112,8 @@ class NormalSource {
   int level_;
   std::int64_t size_;
   Topology topology_;
+  CreaseNormals creases_;
+  std::unordered_map<std::int64_t, Vector3<float>> sides_;  ///< of the present face, at creases
   std::optional<NormalPatches> patches_;
   std::optional<NormalPatches::Patch> current_;
   std::vector<Vector3<float>> base_normals_;
@@ -109,9 +126,9 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
   // A share of the budget is for pins of positions, one for normals, one for the numbers of
   // colours.
   const std::uint64_t share_bytes = StoreAccess::pager(store).budget_bytes() / 4;
+  NormalSource<Real> normals(store, position, level, share_bytes);
   StorePatches<Vector3<Real>> patches(store, position, share_bytes);
   patches.activate(level, 1, 0);
-  NormalSource<Real> normals(store, position, level, share_bytes);
   const std::unique_ptr<ScalarPatches> colors =
       color_by.attribute.empty() ? nullptr
                                  : open_scalar(store, color_by.attribute, level, share_bytes);
@@ -121,7 +138,7 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
   const auto faces = static_cast<FaceId>(store.base().face_count());
   for (FaceId face = 0; face < faces; ++face) {
     const auto patch = patches.patch(face);
-    normals.enter(face);
+    normals.enter(patch);
     if (colors) colors->enter(face);
     const auto fetch = [&](std::vector<RasterVertex>& row, std::int64_t j) {
       for (std::int64_t i = 0; i <= size - j; ++i) {

@@ -132,14 +132,17 @@ std::vector<PlyAttribute> face_attributes_of(const PlyElement& faces,
   std::vector<PlyAttribute> attributes;
   for (std::size_t at = 0; at < faces.properties.size(); ++at) {
     const PlyProperty& property = faces.properties[at];
-    if (!property.is_list && is_attribute_name(property.name) &&
-        attributes.size() < kMostFaceAttributes &&
-        std::ranges::none_of(attributes, [&](const PlyAttribute& each) {
-          return each.schema.name == property.name;
-        }))
-      attributes.push_back({{property.name, component_type(property.type), 1}, {at}});
-    else
+    const bool is_new = std::ranges::none_of(attributes, [&](const PlyAttribute& each) {
+      return each.schema.name == property.name;
+    });
+    if (property.is_list || !is_new || !is_attribute_name(property.name) ||
+        attributes.size() == kMostFaceAttributes) {
       left_out.push_back(property.name);
+      continue;
+    }
+    PlyAttribute& attribute = attributes.emplace_back();
+    attribute.schema = {property.name, component_type(property.type), 1};
+    attribute.properties = {at};
   }
   return attributes;
 }

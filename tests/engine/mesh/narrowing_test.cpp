@@ -60,6 +60,22 @@ TEST_CASE("PrecisionFor_GroundFarFromTheOrigin_IsFloat64AndSaysWhy") {
   }
 }
 
+TEST_CASE("LostStep_NumbersOfFloat32FarFromTheOrigin_IsTheirLargestStep") {
+  const auto cut = [](IndexedMesh mesh) {
+    for (Vector3<double>& p : mesh.positions) p = float32_position(p);
+    return mesh.positions;
+  };
+  const Vector3<double> utm = {500000.3, 5400000.7, 100};
+  CHECK(lost_step(cut(ground(utm, 0.2, 40)), 0.2) == 0.5);
+  CHECK(lost_step(cut(ground({500000.3, 0, 0}, 0.2, 40)), 0.2) == 0.03125);
+  // With all digits; with edges of many steps; whole numbers; near the origin.
+  CHECK(lost_step(ground(utm, 0.2, 40).positions, 0.2) == 0);
+  CHECK(lost_step(cut(ground(utm, 6, 40)), 6) == 0);
+  CHECK(lost_step(cut(ground({500000, 5400000, 100}, 1, 40)), 1) == 0);
+  CHECK(lost_step(cut(ground({0.3, 0.7, 0}, 0.2, 40)), 0.2) == 0);
+  CHECK(lost_step({}, 0) == 0);
+}
+
 TEST_CASE("PrecisionFor_MeshThatFloat32Has_IsFloat32WithoutAWord") {
   std::vector<std::string> warnings;
   CHECK(chosen(shapes::octahedron(), {}, warnings) == ComponentType::kFloat32);
