@@ -34,11 +34,11 @@ class CreasePoints {
   std::uint64_t vertex_count(const BaseMesh& base, std::span<const FaceId> faces) const;
   bool has_any(FaceId face) const { return !empty() && marks_[face] != 0; }
   bool is_crease(FaceSide side) const {
-    return (marks_[side.face()] >> side.side() & 1u) != 0;
+    return ((marks_[side.face()] >> side.side()) & 1) != 0;
   }
   /// Whether the vertex of a corner is the end of a crease.
   bool is_crease_corner(FaceId face, int corner) const {
-    return (marks_[face] >> (3 + corner) & 1u) != 0;
+    return ((marks_[face] >> (3 + corner)) & 1) != 0;
   }
   /// Calls visit(i, j) for the points of a face that are on creases: its corners, then its sides.
   template <class Visit>

@@ -226,8 +226,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   const auto warn = [&](const std::string& warning) {
     if (watch.warn) watch.warn(warning);
   };
-  ExportTask task{store,   request, format,  level,    position,
-                  extras,  patches, nullptr, progress, warn};
+  ExportTask task{store, request, format, level, position, extras, patches, progress, warn};
   const std::optional<CreaseNormals> creases = crease_normals(task);
   if (creases) task.creases = &*creases;
   if (is_gltf(format)) {

@@ -29,10 +29,11 @@ struct ExportTask {
   AttributeId position = 0;
   std::span<const AttributeId> extras;  ///< the attributes to write besides the position
   const PatchSelection& patches;
-  const CreaseNormals* creases;  ///< null: "normal" is written as it is, or not at all
   /// Throws kCancelled. `done` counts vertices and triangles.
   std::function<void(std::uint64_t done)> progress;
   std::function<void(const std::string&)> warn;
+  /// Null: "normal" is written as it is, or not at all.
+  const CreaseNormals* creases = nullptr;
 
   std::uint64_t vertices() const { return patches.vertex_count(); }
   std::uint64_t triangles() const { return patches.triangle_count(); }

@@ -124,7 +124,7 @@ TEST_CASE("Remesh_FilledHole_HasTheNumberOfTheNearestFace") {
     return std::string(p.x < 6 ? "5" : "6");
   });
   RemeshRequest request = files.request(40);
-  request.repair.fill_holes = 100;
+  request.repair.fill_holes = 40;
   const RemeshReport report = files.run(request);
   CHECK(report.repairs.filled_holes == 1);
   const Store store = files.open();

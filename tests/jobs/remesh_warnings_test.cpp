@@ -60,11 +60,11 @@ TEST_CASE("Remesh_SheetsThatLieOnEachOther_AreToBeWeldedAndNotRefined") {
   CHECK_FALSE(any_has(warnings_of(files, request), "pass through others"));
 
   // A closed box without height: its sides have no area.
-  write_ply(files.scan, with_waves(cube_grid(30), 30));
-  request.weld.reset();
+  write_ply(files.scan, with_waves(cube_grid(60), 60));
+  request = files.request(400, 2);
   const Error error = error_of([&] { files.run(request); });
-  CHECK_THAT(error.what(), Catch::Contains("expected a base mesh of 200 faces") &&
-                               Catch::Contains(", or --weld, with a tolerance or without: 7200 of "
+  CHECK_THAT(error.what(), Catch::Contains("expected a base mesh of 400 faces") &&
+                               Catch::Contains(", or --weld, with a tolerance or without: 28800 of "
                                                "its faces have no area"));
   request.weld = 0;
   files.run(request);
@@ -103,6 +103,7 @@ TEST_CASE("Remesh_NeedlesThroughOneBox_SaysAmongHowManyFacesItLooked") {
   }
   write_ply(files.scan, mesh);
   RemeshRequest request = files.request(kNeedles, 1);
+  request.report_samples = 100;
   request.precision = ComponentType::kFloat64;
   std::vector<std::string> warnings;
   const RemeshReport report = files.run(
