@@ -21,7 +21,7 @@ struct CheckRequest {
 
 JobReport check(const CheckRequest& request, const JobCall& call) {
   std::vector<std::string> warnings;
-  AttributedMesh mesh = 
+  AttributedMesh mesh =
       read_attributed_mesh(request.mesh, &warnings, NotFinite::kKeep, OfFaces::kKeep);
   std::uint64_t merged = 0;
   if (request.weld) merged = weld(mesh, *request.weld, request.mesh.native(), warnings);

@@ -33,9 +33,7 @@ class CreasePoints {
   /// Of these faces.
   std::uint64_t vertex_count(const BaseMesh& base, std::span<const FaceId> faces) const;
   bool has_any(FaceId face) const { return !empty() && marks_[face] != 0; }
-  bool is_crease(FaceSide side) const {
-    return ((marks_[side.face()] >> side.side()) & 1) != 0;
-  }
+  bool is_crease(FaceSide side) const { return ((marks_[side.face()] >> side.side()) & 1) != 0; }
   /// Whether the vertex of a corner is the end of a crease.
   bool is_crease_corner(FaceId face, int corner) const {
     return ((marks_[face] >> (3 + corner)) & 1) != 0;
@@ -45,8 +43,7 @@ class CreasePoints {
   void for_each_point(FaceId face, Visit visit) const {
     if (!has_any(face)) return;
     for (int corner = 0; corner < 3; ++corner)
-      if (is_crease_corner(face, corner))
-        visit(corner == 1 ? size_ : 0, corner == 2 ? size_ : 0);
+      if (is_crease_corner(face, corner)) visit(corner == 1 ? size_ : 0, corner == 2 ? size_ : 0);
     for (int side = 0; side < 3; ++side)
       if (is_crease(FaceSide(face, side)))
         for (std::int64_t part = 1; part < size_; ++part)
@@ -76,7 +73,8 @@ class PatchPositions {
 };
 
 /// The normals of those vertices on each side: the mean of the normals of the triangles around the
-/// vertex up to the next crease, weighted by area. Pinned by tests/jobs/export/crease_normals_test.cpp.
+/// vertex up to the next crease, weighted by area. Pinned by
+/// tests/jobs/export/crease_normals_test.cpp.
 class CreaseNormals {
  public:
   /// Reads the patches at the ends of creases. REQUIRES: faces have no depths of their own. Calls

@@ -53,8 +53,8 @@ class ObjSideNormals {
     face_ = face;
     numbers_.clear();
     task_.creases->points().for_each_point(face, [&](std::int64_t i, std::int64_t j) {
-      numbers_.emplace_back(
-          task_.patches.number({face, task_.patches.refinements(), i, j}) + 1, next_++);
+      numbers_.emplace_back(task_.patches.number({face, task_.patches.refinements(), i, j}) + 1,
+                            next_++);
     });
     std::ranges::sort(numbers_);
   }

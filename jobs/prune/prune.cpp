@@ -35,10 +35,11 @@ std::vector<std::uint8_t> depths_by(const Store& source, const std::string& name
   const ComponentType type =
       std::ranges::find(source.notes().face_attributes(), name, &AttributeSchema::name)->type;
   if (!is_unsigned(type))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("prune {} by '{}': expected integers that are not negative, of type uint8 to "
-                            "uint64, found {}",
-                            source.path().native(), name, to_string(type)));
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("prune {} by '{}': expected integers that are not negative, of type uint8 to "
+                    "uint64, found {}",
+                    source.path().native(), name, to_string(type)));
   const std::uint64_t faces = source.base().face_count();
   std::vector<std::uint8_t> depths(faces);
   for (FaceId face = 0; face < faces; ++face) {

@@ -160,8 +160,7 @@ void BaseSampler::begin_base_mesh() {
 void BaseSampler::check_reached(std::uint64_t faces) const {
   if (is_reached(faces)) return;
   std::string remedy;
-  if (report_.lost_step > 0)
-    remedy += ", or a scan that has the lost digits of its coordinates";
+  if (report_.lost_step > 0) remedy += ", or a scan that has the lost digits of its coordinates";
   remedy += remedy_for_needles();
   if (report_.scan.components > 1)
     remedy += fmt::format(", or --min-component N removes small ones of its {} components",

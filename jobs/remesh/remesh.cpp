@@ -113,9 +113,9 @@ class ScanRun {
     triangles_.reset();
     if (report_.max_distance > 0 && request_.own_depths.value_or(true)) give_depths();
     if (!of_scan_faces_.empty())
-      of_base_faces_ = of_scan_faces_.of_base_faces(
-          scan_, *scan_tree_, sampled_.surface,
-          [&] { progress_.begin("face attributes", all_levels_ ? kCopyingLevels.first : kWriting.first); });
+      of_base_faces_ = of_scan_faces_.of_base_faces(scan_, *scan_tree_, sampled_.surface, [&] {
+        progress_.begin("face attributes", all_levels_ ? kCopyingLevels.first : kWriting.first);
+      });
     make_store();
     return std::move(report_);
   }

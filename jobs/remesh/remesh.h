@@ -78,8 +78,8 @@ struct RemeshReport {
   /// Of the scan's coordinates, if their digits were lost before (lost_step() in
   /// mesh/narrowing.h), which is a warning. Otherwise 0.
   double lost_step = 0;
-  SurfaceFigures scan, base;                          ///< after the repair; of the base mesh
-  std::uint64_t vertices = 0, small_faces = 0;        ///< of the finest level, as it is drawn
+  SurfaceFigures scan, base;                    ///< after the repair; of the base mesh
+  std::uint64_t vertices = 0, small_faces = 0;  ///< of the finest level, as it is drawn
   /// Of the finest level of all faces, if faces have depths of their own; else as `vertices`.
   std::uint64_t from_vertices = 0, from_faces = 0;
   std::vector<std::uint64_t> faces_of_level = {};  ///< [depth] faces; empty without depths
@@ -126,8 +126,8 @@ struct RemeshReport {
 };
 
 /// Makes the store: attribute "position" (3 x float32 or float64) on all levels, at points of the
-/// scan, the vertex attributes of a PLY file there (remesh/scan_attributes.h), the scalar properties
-/// of its faces as face attributes (remesh/scan_face_attributes.h), the face attribute
+/// scan, the vertex attributes of a PLY file there (remesh/scan_attributes.h), the scalar
+/// properties of its faces as face attributes (remesh/scan_face_attributes.h), the face attribute
 /// "crease-sides" (export/crease_normals.h) if there are sharp edges, and "turned"
 /// (uint8): 1 at the corners of small triangles that stay turned over, 0 elsewhere. With distances
 /// in the report, the text "remesh-rms" has the larger root of the mean square, in units of the

@@ -140,7 +140,8 @@ void warn_of_numbers_not_finite(std::span<const MeshAttribute> of_faces,
     std::uint64_t count = 0;
     with_number_type(attribute.schema.type, [&]<class Number>(Number) {
       for (std::size_t at = 0; at < attribute.records.size() / bytes; ++at)
-        count += std::isfinite(static_cast<double>(number_of_face<Number>(attribute, at))) ? 0u : 1u;
+        count +=
+            std::isfinite(static_cast<double>(number_of_face<Number>(attribute, at))) ? 0u : 1u;
     });
     if (count > 0)
       warnings.push_back(
@@ -159,8 +160,8 @@ std::vector<BaseFaceAttribute> ScanFaceAttributes::of_base_faces(
   const SampleNumbers numbers(surface.base, surface.levels);
   std::vector<BaseFaceAttribute> result;
   for (const MeshAttribute& attribute : attributes_)
-    result.push_back({{attribute.schema,
-                       std::vector<std::byte>(count * attribute.schema.record_bytes())}});
+    result.push_back(
+        {{attribute.schema, std::vector<std::byte>(count * attribute.schema.record_bytes())}});
   std::vector<std::vector<std::uint8_t>> mixed(result.size(), std::vector<std::uint8_t>(count));
   const auto fill = [&](std::size_t first, std::size_t last) {
     std::vector<SmallFace> small;
@@ -169,10 +170,10 @@ std::vector<BaseFaceAttribute> ScanFaceAttributes::of_base_faces(
       for (std::size_t at = 0; at < result.size(); ++at) {
         MeshAttribute& to = result[at].numbers;
         with_number_type(to.schema.type, [&]<class Number>(Number) {
-          mixed[at][face] = give_number<Number>(attributes_[at], small,
-                                                to.records.data() + face * sizeof(Number))
-                                ? 1
-                                : 0;
+          mixed[at][face] =
+              give_number<Number>(attributes_[at], small, to.records.data() + face * sizeof(Number))
+                  ? 1
+                  : 0;
         });
       }
     }

@@ -19,7 +19,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// A face attribute of the store.
 struct BaseFaceAttribute {
-  MeshAttribute numbers;         ///< of the faces of the base mesh
+  MeshAttribute numbers;          ///< of the faces of the base mesh
   std::uint64_t mixed_faces = 0;  ///< of the base mesh: their scan has other numbers there too
 };
 

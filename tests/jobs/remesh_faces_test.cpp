@@ -20,8 +20,7 @@ namespace plait::test {
 namespace {
 
 Vector3<double> middle_of(const IndexedMesh& mesh, const std::array<VertexId, 3>& face) {
-  return (1.0 / 3) *
-         (mesh.positions[face[0]] + mesh.positions[face[1]] + mesh.positions[face[2]]);
+  return (1.0 / 3) * (mesh.positions[face[0]] + mesh.positions[face[1]] + mesh.positions[face[2]]);
 }
 
 /// A PLY file whose faces have what `text_of` says of their middles.
@@ -120,9 +119,8 @@ TEST_CASE("Remesh_FilledHole_HasTheNumberOfTheNearestFace") {
     return p.x > 2 && p.x < 10 && p.y > 2 && p.y < 10;
   });
   const RemeshFiles files;
-  write_with_faces(files.scan, mesh, "property uchar side\n", [](const Vector3<double>& p) {
-    return std::string(p.x < 6 ? "5" : "6");
-  });
+  write_with_faces(files.scan, mesh, "property uchar side\n",
+                   [](const Vector3<double>& p) { return std::string(p.x < 6 ? "5" : "6"); });
   RemeshRequest request = files.request(40);
   request.repair.fill_holes = 40;
   const RemeshReport report = files.run(request);
@@ -180,13 +178,12 @@ TEST_CASE("Remesh_PropertiesOfFaces_AreTheSameForAnyNumberOfThreadsAndWithDepths
 
 TEST_CASE("Remesh_PropertyOfFacesThatIsNoNumber_SaysHowMany") {
   const RemeshFiles files;
-  write_with_faces(files.scan, flat_sheet(10, 10), "property float heat\n",
-                   [](const Vector3<double>& p) {
-                     return std::string(p.x < 1 && p.y < 1 ? "nan" : "3");
-                   });
+  write_with_faces(
+      files.scan, flat_sheet(10, 10), "property float heat\n",
+      [](const Vector3<double>& p) { return std::string(p.x < 1 && p.y < 1 ? "nan" : "3"); });
   std::vector<std::string> warnings;
-  const RemeshReport report =
-      files.run(files.request(20), {.warn = [&](const std::string& what) { warnings.push_back(what); }});
+  const RemeshReport report = files.run(
+      files.request(20), {.warn = [&](const std::string& what) { warnings.push_back(what); }});
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Catch::Contains("2 faces of the scan have a value of 'heat' that is"));
   const Store store = files.open();

@@ -26,9 +26,8 @@ std::vector<std::string> warnings_of(const RemeshFiles& files, const RemeshReque
 }
 
 bool any_has(const std::vector<std::string>& lines, std::string_view part) {
-  return std::ranges::any_of(lines, [&](const std::string& line) {
-    return line.find(part) != std::string::npos;
-  });
+  return std::ranges::any_of(
+      lines, [&](const std::string& line) { return line.find(part) != std::string::npos; });
 }
 
 /// A ground of waves, in a box of side 1.
@@ -54,8 +53,9 @@ TEST_CASE("Remesh_SheetsThatLieOnEachOther_AreToBeWeldedAndNotRefined") {
   write_ply(files.scan, mesh);
   RemeshRequest request = files.request(200, 2);
   const std::vector<std::string> warnings = warnings_of(files, request);
-  CHECK(any_has(warnings, "sheets of the scan lie on each other there, which more faces do not "
-                          "part: --weld makes them one"));
+  CHECK(any_has(warnings,
+                "sheets of the scan lie on each other there, which more faces do not "
+                "part: --weld makes them one"));
   request.weld = 0;
   CHECK_FALSE(any_has(warnings_of(files, request), "pass through others"));
 
@@ -106,8 +106,8 @@ TEST_CASE("Remesh_NeedlesThroughOneBox_SaysAmongHowManyFacesItLooked") {
   request.report_samples = 100;
   request.precision = ComponentType::kFloat64;
   std::vector<std::string> warnings;
-  const RemeshReport report = files.run(
-      request, {.warn = [&](const std::string& line) { warnings.push_back(line); }});
+  const RemeshReport report =
+      files.run(request, {.warn = [&](const std::string& line) { warnings.push_back(line); }});
   CHECK(report.scan_crossings.examined == kNeedles);
   CHECK(report.crossings.examined < 4 * kNeedles);
   CHECK(any_has(warnings, fmt::format("were looked for among the first 1600 of 1600 faces of the "

@@ -140,9 +140,9 @@ AttributedMesh read_attributed_mesh(const std::filesystem::path& path, Warnings*
   return with_memory_errors("read " + path.native(), [&] {
     Input input(path);
     input.keep_not_finite(not_finite == NotFinite::kKeep);
-    return read_mesh(input, {.attributes = true,
-                             .face_attributes = of_faces == OfFaces::kKeep,
-                             .warnings = warnings});
+    return read_mesh(
+        input,
+        {.attributes = true, .face_attributes = of_faces == OfFaces::kKeep, .warnings = warnings});
   });
 }
 

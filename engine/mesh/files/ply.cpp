@@ -436,9 +436,9 @@ void PlyReader::add_numbers(Values& values, const PlyElement& element,
   for (std::size_t at = 0; at < attributes.size(); ++at)
     for (const std::size_t property : attributes[at].properties)
       if (!append_number(element.properties[property].type, numbers[property], records[at]))
-        values.refuse(fmt::format("a number of the type of {}",
-                                  in_quotes(element.properties[property].name)),
-                      fmt::format("{}", numbers[property]));
+        values.refuse(
+            fmt::format("a number of the type of {}", in_quotes(element.properties[property].name)),
+            fmt::format("{}", numbers[property]));
 }
 
 template <class Values>

@@ -132,9 +132,8 @@ std::vector<PlyAttribute> face_attributes_of(const PlyElement& faces,
   std::vector<PlyAttribute> attributes;
   for (std::size_t at = 0; at < faces.properties.size(); ++at) {
     const PlyProperty& property = faces.properties[at];
-    const bool is_new = std::ranges::none_of(attributes, [&](const PlyAttribute& each) {
-      return each.schema.name == property.name;
-    });
+    const bool is_new = std::ranges::none_of(
+        attributes, [&](const PlyAttribute& each) { return each.schema.name == property.name; });
     if (property.is_list || !is_new || !is_attribute_name(property.name) ||
         attributes.size() == kMostFaceAttributes) {
       left_out.push_back(property.name);

@@ -19,8 +19,8 @@ using Warnings = std::vector<std::string>;
 
 /// What a reader shall read, and what it has to say.
 struct Reading {
-  MeshSink* sink = nullptr;  ///< who gets the mesh, part by part; for PLY files
-  bool attributes = false;   ///< those of vertices, if the format names and types them
+  MeshSink* sink = nullptr;      ///< who gets the mesh, part by part; for PLY files
+  bool attributes = false;       ///< those of vertices, if the format names and types them
   bool face_attributes = false;  ///< those of faces, likewise
   Warnings* warnings = nullptr;
   /// What the file has and the mesh has not, each with its number: "texture coordinates of 8

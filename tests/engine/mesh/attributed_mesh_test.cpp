@@ -128,7 +128,8 @@ TEST_CASE("ReadAttributedMesh_PropertiesOfFaces_AreKeptForEachTriangleOnRequest"
   const MeshDirectory directory;
   std::string body;
   for (int vertex = 0; vertex < 4; ++vertex) {
-    for (const int number : {vertex % 2, vertex / 2, 0}) append_typed(body, "float", number, format);
+    for (const int number : {vertex % 2, vertex / 2, 0})
+      append_typed(body, "float", number, format);
     if (format == "ascii") body += "\n";
   }
   // The second face is a square.

@@ -103,7 +103,8 @@ TEST_CASE("Notes_FaceAttributesOfEveryType_KeepTheirNumbers") {
       const auto type = static_cast<ComponentType>(number);
       store.notes().add_face_attribute({name_of(type), type, 1});
       const std::span<std::byte> bytes = store.notes().face_bytes(name_of(type));
-      for (std::size_t at = 0; at < bytes.size(); ++at) bytes[at] = static_cast<std::byte>(at % 251);
+      for (std::size_t at = 0; at < bytes.size(); ++at)
+        bytes[at] = static_cast<std::byte>(at % 251);
     }
     store.notes().face_records<double>("float64")[1] = -0.25;
     store.commit();

@@ -73,8 +73,7 @@ struct Corner {
 using Triangle = std::array<Corner, 3>;
 
 Normal side_of(const Triangle& triangle) {
-  return normalized(
-      cross(triangle[1].at - triangle[0].at, triangle[2].at - triangle[0].at));
+  return normalized(cross(triangle[1].at - triangle[0].at, triangle[2].at - triangle[0].at));
 }
 
 std::vector<Triangle> triangles_of_obj(const std::filesystem::path& path) {
@@ -149,9 +148,9 @@ Exported exported(const RemeshFiles& files, const std::string& name,
   request.faces = std::move(faces);
   request.existing = Existing::kReplace;
   Exported done;
-  done.result = export_mesh(request, default_backends(), {.warn = [&](const std::string& warning) {
-                              done.warnings.push_back(warning);
-                            }});
+  done.result =
+      export_mesh(request, default_backends(),
+                  {.warn = [&](const std::string& warning) { done.warnings.push_back(warning); }});
   if (name.ends_with(".obj")) done.triangles = triangles_of_obj(request.output);
   if (name.ends_with(".gltf")) done.triangles = triangles_of_gltf(request.output);
   return done;
@@ -186,9 +185,8 @@ TEST_CASE("Export_NormalsOfACube_AreThoseOfTheSideAtItsEdges") {
       for (const Corner& corner : triangle) {
         const bool at_edge = sides_of_cube(corner.at, 4) > 1;
         at_edges += at_edge ? 1u : 0u;
-        const Normal expected = at_edge
-                                    ? side_of(triangle)
-                                    : normalized(corner.at - Vector3<double>{2, 2, 2});
+        const Normal expected =
+            at_edge ? side_of(triangle) : normalized(corner.at - Vector3<double>{2, 2, 2});
         REQUIRE(std::sqrt(squared_length(corner.normal - expected)) < (at_edge ? 1e-7 : 0.2));
       }
     CHECK(at_edges > 12 * 9);
@@ -274,7 +272,8 @@ TEST_CASE("CreasePoints_OtherNumbersThanBitsOfSides_AreRefused") {
   store.notes().face_records<std::uint8_t>("crease-sides")[3] = 8;
   const Error error = error_of([&] { CreasePoints(store, 2); });
   CHECK(error.code() == ErrorCode::kInvalidArgument);
-  CHECK_THAT(error.what(), Catch::Contains("face 3: expected 0 to 7") && Catch::Contains("found 8"));
+  CHECK_THAT(error.what(),
+             Catch::Contains("face 3: expected 0 to 7") && Catch::Contains("found 8"));
 }
 
 }  // namespace plait::test

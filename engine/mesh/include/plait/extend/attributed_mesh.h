@@ -47,8 +47,8 @@ enum class OfFaces : std::uint8_t { kLeaveOut, kKeep };
 /// names it with its numbers: lists and names that an attribute cannot have, properties of faces,
 /// further elements, groups, and what the other formats have beside positions. With OfFaces::kKeep,
 /// scalar properties of the faces of a PLY file become face attributes of their names and types;
-/// the triangles of a polygon have its numbers. Pinned by tests/engine/mesh/attributed_mesh_test.cpp
-/// and left_out_test.cpp.
+/// the triangles of a polygon have its numbers. Pinned by
+/// tests/engine/mesh/attributed_mesh_test.cpp and left_out_test.cpp.
 AttributedMesh read_attributed_mesh(const std::filesystem::path& path,
                                     std::vector<std::string>* warnings = nullptr,
                                     NotFinite not_finite = NotFinite::kRefuse,
