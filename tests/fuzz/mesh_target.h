@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "memory_file.h"
@@ -44,8 +45,12 @@ void check_reader(Reader read, const std::uint8_t* data, std::size_t size) {
   std::vector<std::string> warnings;
   accepts({ErrorCode::kInvalidArgument}, [&] {
     Input input(path);
-    Reading reading{.attributes = size % 2 == 0, .warnings = &warnings};
-    check_base_mesh(BaseMesh::build(read(input, reading).mesh, path.native(), &warnings));
+    Reading reading{
+        .attributes = size % 2 == 0, .face_attributes = size % 3 == 0, .warnings = &warnings};
+    AttributedMesh mesh = read(input, reading);
+    for (const MeshAttribute& attribute : mesh.face_attributes)
+      require(attribute.records.size() == mesh.mesh.faces.size() * attribute.schema.record_bytes());
+    check_base_mesh(BaseMesh::build(std::move(mesh.mesh), path.native(), &warnings));
   });
   for (const std::string& warning : warnings) require(is_one_short_line(warning));
 }

@@ -565,6 +565,24 @@ TEST_CASE("PrunedStore_Visited_HasEachVertexOnceWhereItIs") {
     }
 }
 
+TEST_CASE("Prune_ByNumbersThatMayBeNoLevels_IsRefused") {
+  const TemporaryDirectory directory;
+  const auto from = whole_store(directory.path() / "whole", icosahedron(), {});
+  for (const auto& [type, name] :
+       {std::pair(ComponentType::kFloat32, "float32"), std::pair(ComponentType::kInt8, "int8")}) {
+    {
+      Store store = open(from, true);
+      if (!store.notes().face_attributes().empty()) store.notes().remove_face_attribute("depth");
+      store.notes().add_face_attribute({"depth", type, 1});
+      store.commit();
+    }
+    const Error error = error_of([&] { pruned(from, directory.path() / "pruned", 1); });
+    CHECK(error.code() == ErrorCode::kInvalidArgument);
+    CHECK_THAT(error.what(), Catch::Contains("expected integers that are not negative") &&
+                                 Catch::Contains(std::string("found ") + name));
+  }
+}
+
 TEST_CASE("PrunedStore_InAnotherBackend_HasTheSameDigest") {
   const TemporaryDirectory directory;
   const auto from =
