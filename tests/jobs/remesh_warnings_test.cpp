@@ -60,11 +60,12 @@ TEST_CASE("Remesh_SheetsThatLieOnEachOther_AreToBeWeldedAndNotRefined") {
   CHECK_FALSE(any_has(warnings_of(files, request), "pass through others"));
 
   // A closed box without height: its sides have no area.
-  write_ply(files.scan, with_waves(cube_grid(60), 60));
+  write_ply(files.scan, with_waves(cube_grid(40), 40));
   request = files.request(400, 2);
+  request.feature_angle = 60;
   const Error error = error_of([&] { files.run(request); });
   CHECK_THAT(error.what(), Catch::Contains("expected a base mesh of 400 faces") &&
-                               Catch::Contains(", or --weld, with a tolerance or without: 28800 of "
+                               Catch::Contains(", or --weld, with a tolerance or without: 12800 of "
                                                "its faces have no area"));
   request.weld = 0;
   files.run(request);
