@@ -89,45 +89,80 @@ template <class Rule>
 void BaseRings<Rule>::clear() {
   vertices_.clear();
   rings_.clear();
-  neighbours_.clear();
+  neighbour_count_ = 0;
 }
 
 /// Finds the vertices of the run, and the vertex of each corner of its faces.
 template <class Rule>
 void BaseRings<Rule>::find(std::span<const FaceId> faces) {
-  const Topology& mesh = source_.mesh;
   faces_ = faces;
   one_by_one_ = faces.front() - faces.back() == faces.size() - 1;
   first_corner_ = 3 * faces.back();
-  number_of_.begin(3 * faces.size());
-  corners_.resize(3 * faces.size());
-  next_corners_.resize(corners_.size());
-  // The next corners are computed before the walks around vertices, because in a walk each look-up
-  // would wait for the one before.
-  for (std::uint32_t i = 0; i < next_corners_.size(); ++i)
-    next_corners_[i] = mesh.next_corner(corner_at(i));
-  for (const FaceId face : faces)
-    for (int side = 0; side < 3; ++side) {
-      const FaceSide here(face, side);
-      const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(side)];
-      const Corner* const hub = source_.hubs ? source_.hubs->hub_at(here) : nullptr;
-      std::uint32_t& number = number_of_[vertex];
-      if (number == kNoId) {
-        number = static_cast<std::uint32_t>(vertices_.size());
-        if (hub) {
+  corners_.assign(3 * faces.size(), {kNoId, 0});
+  hub_numbers_.assign(source_.hubs ? source_.hubs->vertices_.size() : 0, kNoId);
+  find_next_corners();
+  for (std::size_t at = 0; at < faces.size(); ++at) {
+    const std::size_t first = 3 * (one_by_one_ ? faces.size() - 1 - at : at);
+    for (std::size_t side = 0; side < 3; ++side) {
+      Corner& corner = corners_[first + side];
+      if (corner.number != kNoId) continue;  // a walk around the vertex has come here
+      const VertexId vertex = source_.mesh.faces[faces[at]][side];
+      const auto number = static_cast<std::uint32_t>(vertices_.size());
+      if (const Corner* const hub =
+              source_.hubs ? source_.hubs->hub_at(FaceSide(faces[at], static_cast<int>(side)))
+                           : nullptr) {
+        std::uint32_t& hub_number = hub_numbers_[hub->number];
+        if (hub_number == kNoId) {
+          hub_number = number;
           vertices_.push_back(vertex);
           rings_.push_back(source_.hubs->rings_[hub->number]);
-        } else {
-          add(vertex, [&](FaceSide corner, int spoke) {
-            const std::uint32_t of_run = place_of(corner);
-            if (of_run >= corners_.size()) return mesh.next_corner(corner);
-            corners_[of_run] = {number, spoke};
-            return next_corners_[of_run];
-          });
         }
+        corner = {hub_number, hub->spoke};
+        continue;
       }
-      if (hub) corners_[place_of(here)] = {number, hub->spoke};
+      add(vertex, [&](FaceSide here, int spoke) {
+        const std::uint32_t place = place_of(here);
+        if (place >= corners_.size()) return source_.mesh.next_corner(here);
+        corners_[place] = {number, spoke};
+        return next_corners_[place];
+      });
     }
+  }
+}
+
+/// The next corners are computed before the walks around vertices, because in a walk each look-up
+/// would wait for the one before. What the walks read is prefetched at the same time.
+template <class Rule>
+void BaseRings<Rule>::find_next_corners() {
+  constexpr std::size_t kFacesAhead = 16;
+  const Topology& mesh = source_.mesh;
+  next_corners_.resize(corners_.size());
+  const std::size_t count = faces_.size();
+  const auto face_at = [&](std::size_t place) {
+    return faces_[one_by_one_ ? count - 1 - place : place];
+  };
+  const auto prefetch = [&](std::size_t place) {
+    if (place >= count) return;
+    for (const EdgeId edge : mesh.face_edges[face_at(place)]) __builtin_prefetch(&mesh.edges[edge]);
+    for (const VertexId vertex : mesh.faces[face_at(place)]) {
+      __builtin_prefetch(&mesh.vertex_corners[vertex]);
+      source_.prefetch(vertex);
+    }
+  };
+  for (std::size_t place = 0; place < kFacesAhead; ++place) prefetch(place);
+  for (std::size_t place = 0; place < count; ++place) {
+    prefetch(place + kFacesAhead);
+    const FaceId face = face_at(place);
+    for (std::size_t side = 0; side < 3; ++side) {
+      // Topology::next_corner(), without most of its divisions.
+      const std::size_t beyond_side = (side + 1) % 3;
+      const Edge& edge = mesh.edges[mesh.face_edges[face][beyond_side]];
+      FaceSide next;
+      next.code = edge.own.code ^ edge.other.code ^ FaceSide(face, static_cast<int>(beyond_side)).code;
+      if (next.exists()) next.code = next.side() == 2 ? next.code - 2 : next.code + 1;
+      next_corners_[3 * place + side] = next;
+    }
+  }
 }
 
 template <class Rule>
@@ -136,13 +171,6 @@ std::uint32_t BaseRings<Rule>::place_among(FaceSide corner) const {
   if (found == faces_.end() || *found != corner.face()) return kNoId;
   return 3 * static_cast<std::uint32_t>(found - faces_.begin()) +
          static_cast<std::uint32_t>(corner.side());
-}
-
-template <class Rule>
-FaceSide BaseRings<Rule>::corner_at(std::uint32_t place) const {
-  FaceSide corner;
-  corner.code = one_by_one_ ? first_corner_ + place : 3 * faces_[place / 3] + place % 3;
-  return corner;
 }
 
 /// Returns nullptr if the vertex of the corner is not a hub.
@@ -159,22 +187,26 @@ template <class Rule>
 template <class Visit>
 void BaseRings<Rule>::add(VertexId vertex, Visit visit) {
   vertices_.push_back(vertex);
-  const std::size_t ring = neighbours_.size();
+  const std::size_t ring = neighbour_count_;
+  const auto add_neighbour = [&](VertexId neighbour) {
+    if (neighbour_count_ == neighbours_.size()) neighbours_.resize(2 * neighbour_count_ + 64);
+    neighbours_[neighbour_count_++] = neighbour;
+  };
   const FaceSide first = source_.mesh.vertex_corners[vertex];
   bool border = false;
   int spoke = 0;
   for (FaceSide corner = first; spoke == 0 || corner != first; ++spoke) {
     const auto& of_face = source_.mesh.faces[corner.face()];
-    const auto side = static_cast<std::size_t>(corner.side());
-    neighbours_.push_back(of_face[(side + 1) % 3]);
+    const int side = corner.side();
+    add_neighbour(of_face[static_cast<std::size_t>((side + 1) % 3)]);
     corner = visit(corner, spoke);
     if (corner.exists()) continue;
-    neighbours_.push_back(of_face[(side + 2) % 3]);
+    add_neighbour(of_face[static_cast<std::size_t>((side + 2) % 3)]);
     border = true;
     break;
   }
   rings_.push_back(
-      {nullptr, ring, {static_cast<int>(neighbours_.size() - ring), border, Rule::kRingCount}});
+      {nullptr, ring, {static_cast<int>(neighbour_count_ - ring), border, Rule::kRingCount}});
 }
 
 /// Computes all levels of the vertices that add() has added.

@@ -41,6 +41,9 @@ struct RingSource {
   Vector3<Real> vertex(VertexId number) const {
     return base.empty() ? narrow<Real>(imported[number]) : base[number];
   }
+  void prefetch(VertexId number) const {
+    base.empty() ? __builtin_prefetch(&imported[number]) : __builtin_prefetch(&base[number]);
+  }
 
   static constexpr int first_level() { return Rule::kRingCount - 1; }
 };
@@ -126,17 +129,17 @@ class BaseRings {
     return one_by_one_ ? corner.code - first_corner_ : place_among(corner);
   }
   std::uint32_t place_among(FaceSide corner) const;
-  FaceSide corner_at(std::uint32_t place) const;
+  void find_next_corners();
   void finish();
   void place();
   void fill_first_level();
   void fill_two_rings(std::uint32_t number, Real* to);
 
   RingSource<Rule> source_;
-  VertexNumbers number_of_;         ///< while evaluate() runs
   std::vector<VertexId> vertices_;  ///< [number]
   std::vector<Rings> rings_;
-  std::vector<VertexId> neighbours_;  ///< of all vertices, counterclockwise for each
+  std::vector<VertexId> neighbours_;  ///< of all vertices, counterclockwise for each; grows only
+  std::size_t neighbour_count_ = 0;
   std::vector<Batch> batches_;
   std::vector<Lanes> lanes_;            ///< [kind] while place() runs
   std::vector<std::uint32_t> placed_;   ///< numbers of the vertices that this object evaluates
@@ -144,7 +147,8 @@ class BaseRings {
   std::span<const FaceId> faces_;       ///< of the run
   bool one_by_one_ = true;              ///< no face is missing between them
   std::uint32_t first_corner_ = 0;      ///< the code of the first corner of the run
-  std::vector<Corner> corners_;         ///< [corner of the run]
+  std::vector<Corner> corners_;         ///< [corner of the run] number kNoId: not found yet
+  std::vector<std::uint32_t> hub_numbers_;  ///< [hub] its number in the run, or kNoId
   std::vector<FaceSide> next_corners_;  ///< [corner of the run] the next one counterclockwise
   std::vector<HubCorner> hub_corners_;  ///< ascending
   LatticeBuffer<Real> points_{0};

@@ -42,13 +42,12 @@ HWY_INLINE void choose(const std::uint32_t* mask, const std::uint32_t* own,
 
 void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const EdgeHalves> edges,
                  bool streaming) {
-  // Smaller parts are not streamed, because streaming parts of cache lines is slow.
-  constexpr std::size_t kLeastStreamed = 8 * kLineBytes;
   for (const auto& [own_half, other_half, slots] : edges) {
     const std::byte *const own = own_half.piece(offset), *const other = other_half.piece(offset);
     for (const HalfPiece::PartOfSlot& part : piece.parts) {
       std::byte* const to = slots[part.level - 1] + part.in_slot;
-      const bool whole_lines = part.bytes >= kLeastStreamed && part.bytes % kLineBytes == 0 &&
+      // Other parts are not streamed, because streaming parts of cache lines is slow.
+      const bool whole_lines = part.bytes % kLineBytes == 0 &&
                                reinterpret_cast<std::uintptr_t>(to) % kLineBytes == 0;
       choose(piece.own_mask.data() + part.at / sizeof(std::uint32_t),
              reinterpret_cast<const std::uint32_t*>(own + part.at),

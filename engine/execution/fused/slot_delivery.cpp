@@ -51,8 +51,14 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const
     const std::size_t number = seen[at] - std::size_t{1};
     return sides[number / kPatchLanes][number % kPatchLanes];
   };
+  const Topology& mesh = mesh_.mesh;
+  for (const FaceId face : faces)
+    for (const EdgeId number : mesh.face_edges[face]) {
+      __builtin_prefetch(&mesh.edges[number]);
+      if (number >= mesh_.edges.first && number < mesh_.edges.after)
+        __builtin_prefetch(&waiting_[number - mesh_.edges.first]);
+    }
   for (std::size_t lane = 0; lane < faces.size(); ++lane) {
-    const Topology& mesh = mesh_.mesh;
     const int turn = first_corner(mesh, faces[lane]);
     for (int at_corner = 0; at_corner < 3; ++at_corner) {
       const FaceSide of_face(faces[lane], (at_corner + turn) % 3);
