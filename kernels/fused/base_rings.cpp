@@ -65,7 +65,7 @@ void BaseRings<Rule>::evaluate_hubs(std::span<const VertexId> hubs) {
     const auto number = static_cast<std::uint32_t>(vertices_.size());
     add(vertex, [&](FaceSide corner, int spoke) {
       hub_corners_.push_back({corner, {number, spoke}});
-      return source_.mesh.next_corner(corner);
+      return spoke_at(corner);
     });
   }
   std::ranges::sort(hub_corners_, {}, [](const HubCorner& hub) { return hub.corner.code; });
@@ -100,7 +100,7 @@ void BaseRings<Rule>::find(std::span<const FaceId> faces) {
   first_corner_ = 3 * faces.back();
   corners_.assign(3 * faces.size(), {kNoId, 0});
   hub_numbers_.assign(source_.hubs ? source_.hubs->vertices_.size() : 0, kNoId);
-  find_next_corners();
+  find_spokes();
   for (std::size_t at = 0; at < faces.size(); ++at) {
     const std::size_t first = 3 * (one_by_one_ ? faces.size() - 1 - at : at);
     for (std::size_t side = 0; side < 3; ++side) {
@@ -122,21 +122,20 @@ void BaseRings<Rule>::find(std::span<const FaceId> faces) {
       }
       add(vertex, [&](FaceSide here, int spoke) {
         const std::uint32_t place = place_of(here);
-        if (place >= corners_.size()) return source_.mesh.next_corner(here);
+        if (place >= corners_.size()) return spoke_at(here);
         corners_[place] = {number, spoke};
-        return next_corners_[place];
+        return spokes_[place];
       });
     }
   }
 }
 
-/// The next corners are computed before the walks around vertices, because in a walk each look-up
-/// would wait for the one before. What the walks read is prefetched at the same time.
+/// They are found before the walks around vertices, because in a walk each look-up would wait for
+/// the one before. What the walks read is prefetched at the same time.
 template <class Rule>
-void BaseRings<Rule>::find_next_corners() {
+void BaseRings<Rule>::find_spokes() {
   constexpr std::size_t kFacesAhead = 16;
   const Topology& mesh = source_.mesh;
-  next_corners_.resize(corners_.size());
   const std::size_t count = faces_.size();
   const auto face_at = [&](std::size_t place) {
     return faces_[one_by_one_ ? count - 1 - place : place];
@@ -149,20 +148,24 @@ void BaseRings<Rule>::find_next_corners() {
       source_.prefetch(vertex);
     }
   };
+  spokes_.resize(corners_.size());
   for (std::size_t place = 0; place < kFacesAhead; ++place) prefetch(place);
   for (std::size_t place = 0; place < count; ++place) {
     prefetch(place + kFacesAhead);
-    const FaceId face = face_at(place);
-    for (std::size_t side = 0; side < 3; ++side) {
-      // Topology::next_corner(), without most of its divisions.
-      const std::size_t beyond_side = (side + 1) % 3;
-      const Edge& edge = mesh.edges[mesh.face_edges[face][beyond_side]];
-      FaceSide next;
-      next.code = edge.own.code ^ edge.other.code ^ FaceSide(face, static_cast<int>(beyond_side)).code;
-      if (next.exists()) next.code = next.side() == 2 ? next.code - 2 : next.code + 1;
-      next_corners_[3 * place + side] = next;
-    }
+    for (std::uint32_t side = 0; side < 3; ++side)
+      spokes_[3 * place + side] = spoke_at(face_at(place), side);
   }
+}
+
+/// The same as Topology::next_corner(), but it divides once for a whole face.
+template <class Rule>
+auto BaseRings<Rule>::spoke_at(FaceId face, std::uint32_t corner) const -> Spoke {
+  const std::uint32_t side = corner == 2 ? 0 : corner + 1;
+  const Edge& edge = source_.mesh.edges[source_.mesh.face_edges[face][side]];
+  Spoke spoke{{}, source_.mesh.faces[face][side]};
+  spoke.next.code = edge.own.code ^ edge.other.code ^ (3 * face + side);
+  if (spoke.next.exists()) spoke.next.code += spoke.next.code % 3 == 2 ? ~std::uint32_t{1} : 1;
+  return spoke;
 }
 
 template <class Rule>
@@ -182,7 +185,7 @@ auto BaseRings<Rule>::hub_at(FaceSide corner) const -> const Corner* {
 }
 
 /// Walks around a vertex once and collects its neighbours. Calls visit(FaceSide, spoke) for each
-/// corner at the vertex; visit returns the next corner counterclockwise.
+/// corner at the vertex; visit returns the Spoke of the corner.
 template <class Rule>
 template <class Visit>
 void BaseRings<Rule>::add(VertexId vertex, Visit visit) {
@@ -194,16 +197,17 @@ void BaseRings<Rule>::add(VertexId vertex, Visit visit) {
   };
   const FaceSide first = source_.mesh.vertex_corners[vertex];
   bool border = false;
-  int spoke = 0;
-  for (FaceSide corner = first; spoke == 0 || corner != first; ++spoke) {
-    const auto& of_face = source_.mesh.faces[corner.face()];
-    const int side = corner.side();
-    add_neighbour(of_face[static_cast<std::size_t>((side + 1) % 3)]);
-    corner = visit(corner, spoke);
-    if (corner.exists()) continue;
-    add_neighbour(of_face[static_cast<std::size_t>((side + 2) % 3)]);
-    border = true;
-    break;
+  int number = 0;
+  for (FaceSide corner = first; number == 0 || corner != first; ++number) {
+    const Spoke spoke = visit(corner, number);
+    add_neighbour(spoke.neighbour);
+    if (!spoke.next.exists()) {
+      add_neighbour(
+          source_.mesh.faces[corner.face()][static_cast<std::size_t>((corner.side() + 2) % 3)]);
+      border = true;
+      break;
+    }
+    corner = spoke.next;
   }
   rings_.push_back(
       {nullptr, ring, {static_cast<int>(neighbour_count_ - ring), border, Rule::kRingCount}});

@@ -106,6 +106,11 @@ class BaseRings {
     std::size_t neighbours;  ///< index into neighbours_
     RingShape shape;
   };
+  /// From the vertex of a corner to the next corner of the face.
+  struct Spoke {
+    FaceSide next;  ///< the corner on the other side of the following spoke
+    VertexId neighbour;
+  };
   struct HubCorner {
     FaceSide corner;
     Corner at;
@@ -129,7 +134,11 @@ class BaseRings {
     return one_by_one_ ? corner.code - first_corner_ : place_among(corner);
   }
   std::uint32_t place_among(FaceSide corner) const;
-  void find_next_corners();
+  void find_spokes();
+  Spoke spoke_at(FaceId face, std::uint32_t corner) const;
+  Spoke spoke_at(FaceSide corner) const {
+    return spoke_at(corner.face(), static_cast<std::uint32_t>(corner.side()));
+  }
   void finish();
   void place();
   void fill_first_level();
@@ -149,7 +158,7 @@ class BaseRings {
   std::uint32_t first_corner_ = 0;      ///< the code of the first corner of the run
   std::vector<Corner> corners_;         ///< [corner of the run] number kNoId: not found yet
   std::vector<std::uint32_t> hub_numbers_;  ///< [hub] its number in the run, or kNoId
-  std::vector<FaceSide> next_corners_;  ///< [corner of the run] the next one counterclockwise
+  std::vector<Spoke> spokes_;           ///< [corner of the run]
   std::vector<HubCorner> hub_corners_;  ///< ascending
   LatticeBuffer<Real> points_{0};
 };

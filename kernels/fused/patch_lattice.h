@@ -131,7 +131,7 @@ struct RingShape {
   /// one turn outside 0 to valence - 1.
   constexpr std::size_t point(RingPart ring, int spoke) const {
     if (!border)
-      spoke += spoke < 0 ? valence : spoke >= valence ? -valence : 0;
+      spoke += valence * (int{spoke < 0} - int{spoke >= valence});  // no branch: half would be wrong
     else if (spoke < -beyond() || spoke >= valence + beyond())
       return 0;
     spoke += beyond();

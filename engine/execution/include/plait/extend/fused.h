@@ -57,7 +57,8 @@ struct PatchLattice {
 /// side 1 to its neighbour (except at borders). So most patches of a group own the same sides.
 constexpr int first_corner(const Topology& mesh, FaceId face) {
   const auto& [a, b, c] = mesh.faces[face];
-  return a < b ? (a < c ? 0 : 2) : (b < c ? 1 : 2);
+  // Without branches, which processors would predict badly.
+  return (int{b < a} & int{b < c}) + 2 * (int{c < a} & int{c < b});
 }
 
 /// Refines groups of patches by one rule. Threads: each has its own object (docs/threads.md).
