@@ -48,15 +48,24 @@ struct HalfPiece {
   std::vector<std::uint32_t> own_mask;  ///< all bits set where the own face's records are
 };
 
-/// Memory for a whole half, or only for the piece that the executor works on.
-struct HalfBuffer {
-  static constexpr std::size_t kWhole = ~std::size_t{0}, kPiece = 0;
-  std::byte* memory;
-  std::size_t extent;  ///< kWhole or kPiece
+/// Memory for a whole half, or only for the piece that the executor works on. One word, which
+/// processors choose without a branch.
+class HalfBuffer {
+ public:
+  enum Extent : std::uintptr_t { kPiece = 0, kWhole = 1 };
 
-  bool whole() const { return extent == kWhole; }
+  HalfBuffer() = default;
+  /// `memory` is aligned to cache lines, or nullptr.
+  HalfBuffer(std::byte* memory, Extent extent)
+      : word_(reinterpret_cast<std::uintptr_t>(memory) | extent) {}
+
+  std::byte* memory() const { return reinterpret_cast<std::byte*>(word_ & ~std::uintptr_t{kWhole}); }
+  bool whole() const { return (word_ & kWhole) != 0; }
   /// The address of the piece at `offset` bytes in the half.
-  std::byte* piece(std::size_t offset) const { return memory + (offset & extent); }
+  std::byte* piece(std::size_t offset) const { return memory() + (whole() ? offset : 0); }
+
+ private:
+  std::uintptr_t word_ = 0;
 };
 
 /// One output (attribute) in a half.

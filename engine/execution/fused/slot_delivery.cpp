@@ -1,6 +1,7 @@
 #include "execution/fused/slot_delivery.h"
 
-#include <bit>
+#include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "execution/fused/fused_faces.h"
@@ -31,89 +32,90 @@ SlotDelivery::Scratch::Scratch(const SlotDelivery& delivery) {
 void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> faces,
                            Scratch& scratch) {
   Sides sides;
-  find_sides(faces, sides);
-  const Completes at_hand = assign_buffers(sides, faces.size(), scratch);
+  find_sides(faces, scratch, sides);
+  FirstSides first;
+  const Completes at_hand = assign_buffers(sides, faces.size(), scratch, first);
   fill(refiner, sides, faces.size(), at_hand.all(), scratch);
-  const Completes late = publish(sides, faces.size());
+  const Completes late = publish(first.all());
   fill_late(late.all(), scratch);
   if (streaming_) finish_streaming();
   close(at_hand.all());
   close(late.all());
 }
 
-void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const {
-  // A hash table of the sides visited so far, by edge. The edge number is the hash, because the
-  // edges of neighbouring faces have close numbers.
-  constexpr std::size_t kTableSize = std::bit_ceil(std::size_t{4} * 3 * kPatchLanes);
-  std::array<std::uint8_t, kTableSize> seen{};  // 1 + number of the side in `sides`; 0: empty
-  static_assert(3 * kPatchLanes < 255);
-  const auto seen_at = [&](std::size_t at) -> Side& {
-    const std::size_t number = seen[at] - std::size_t{1};
-    return sides[number / kPatchLanes][number % kPatchLanes];
-  };
+void SlotDelivery::find_sides(std::span<const FaceId> faces, const Scratch& scratch,
+                              Sides& sides) const {
   const Topology& mesh = mesh_.mesh;
-  for (const FaceId face : faces)
-    for (const EdgeId number : mesh.face_edges[face]) {
-      __builtin_prefetch(&mesh.edges[number]);
-      if (number >= mesh_.edges.first && number < mesh_.edges.after)
-        __builtin_prefetch(&waiting_[number - mesh_.edges.first]);
-    }
+  std::array<int, kPatchLanes> turns;
   for (std::size_t lane = 0; lane < faces.size(); ++lane) {
-    const int turn = first_corner(mesh, faces[lane]);
-    for (int at_corner = 0; at_corner < 3; ++at_corner) {
-      const FaceSide of_face(faces[lane], (at_corner + turn) % 3);
-      const EdgeId number =
-          mesh.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
-      const EdgeId edge = mesh_.first_edge_here + (number - mesh_.edges.first);
-      const auto row = static_cast<std::size_t>(at_corner);
-      Side& side = sides[row][lane];
-      side = {edge,
-              mesh.edges[number].own == of_face,
-              mesh.edges[number].is_border(),
-              number >= mesh_.edges.first && number < mesh_.edges.after,
-              nullptr,
-              {}};
-      if (!side.is_here) continue;
-      std::size_t at = edge % kTableSize;
-      while (seen[at] != 0 && seen_at(at).edge != edge) at = (at + 1) % kTableSize;
-      if (seen[at] != 0) {
-        side.mate = &seen_at(at);
-        side.mate->mate = &side;
-      }
-      seen[at] = static_cast<std::uint8_t>(row * kPatchLanes + lane + 1);
+    turns[lane] = first_corner(mesh, faces[lane]);
+    for (const EdgeId number : mesh.face_edges[faces[lane]]) {
+      __builtin_prefetch(&mesh.edges[number]);
+      if (is_here(number)) __builtin_prefetch(&waiting_[number - mesh_.edges.first]);
     }
   }
+  const bool one_by_one = faces.front() - faces.back() == faces.size() - 1;
+  // At least the number of faces if the face is not in the group.
+  const auto lane_of = [&](FaceId face) -> std::size_t {
+    if (one_by_one) return faces.front() - face;
+    const auto found = std::ranges::lower_bound(faces, face, std::ranges::greater());
+    return found == faces.end() || *found != face
+               ? faces.size()
+               : static_cast<std::size_t>(found - faces.begin());
+  };
+  for (std::size_t lane = 0; lane < faces.size(); ++lane)
+    for (int at_corner = 0; at_corner < 3; ++at_corner) {
+      const FaceSide of_face(faces[lane], (at_corner + turns[lane]) % 3);
+      const EdgeId number =
+          mesh.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
+      const Edge& edge = mesh.edges[number];
+      FaceSide beyond;
+      beyond.code = edge.own.code ^ edge.other.code ^ of_face.code;
+      const std::size_t beyond_lane = lane_of(beyond.face());
+      const bool in_group = beyond_lane < faces.size();
+      const std::size_t mate_lane = in_group ? beyond_lane : 0;
+      const auto mate_side = static_cast<std::size_t>((beyond.side() + 3 - turns[mate_lane]) % 3);
+      sides[static_cast<std::size_t>(at_corner)][lane] = {
+          mesh_.first_edge_here + (number - mesh_.edges.first),
+          edge.own == of_face,
+          edge.is_border(),
+          is_here(number),
+          in_group ? scratch.pieces_[mate_side][mate_lane] : nullptr,
+          {}};
+    }
 }
 
 /// Assigns a buffer to every half, and returns the edges whose slots are complete with these
 /// halves. A border edge gets a buffer for the whole half, because its slot has rows of another
-/// length.
-auto SlotDelivery::assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch)
-    -> Completes {
+/// length. What a side is has no branch, because processors would predict it badly.
+auto SlotDelivery::assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch,
+                                  FirstSides& first) -> Completes {
   Completes complete;
-  const auto complete_with = [&](const Side& side, const HalfBuffer& mate) {
-    complete.add(side.own ? Complete{side.edge, side.buffer, mate}
-                          : Complete{side.edge, mate, side.buffer});
-  };
-  std::array<Side*, 3 * kPatchLanes> first;  // of their edges' two sides
-  std::size_t first_count = 0;
   for (std::size_t number = 0; number < 3; ++number)
     for (std::size_t lane = 0; lane < count; ++lane) {
       Side& side = sides[number][lane];
       if (!side.is_here) continue;
-      side.buffer = {scratch.pieces_[number][lane], HalfBuffer::kPiece};
-      if (side.mate) {
-        if (side.mate->buffer.memory) complete_with(side, side.mate->buffer);
-      } else if (std::byte* const waiting = take_waiting(side.edge)) {
-        complete_with(side, {waiting, HalfBuffer::kWhole});
-      } else {
-        first[first_count++] = &side;
-      }
+      const HalfBuffer mine(scratch.pieces_[number][lane], HalfBuffer::kPiece);
+      side.buffer = mine;
+      // If the mate is in the group, no half waits.
+      std::byte* const waiting = waiting_at(side.edge).load(std::memory_order_acquire);
+      const bool waits = waiting != nullptr, has_mate = side.mate != nullptr;
+      const HalfBuffer other = waits ? HalfBuffer(waiting, HalfBuffer::kWhole)
+                                     : HalfBuffer(side.mate, HalfBuffer::kPiece);
+      complete.edges[complete.count] = {side.edge, side.own ? mine : other,
+                                        side.own ? other : mine};
+      complete.count += static_cast<std::size_t>(waits | (has_mate & side.own));
+      first.sides[first.count] = &side;
+      first.count += static_cast<std::size_t>(!waits & !has_mate);
     }
+  // An edge has two faces. So nobody else looks for these halves, or leaves others.
+  for (const Complete& edge : complete.all())
+    waiting_at(edge.edge).store(nullptr, std::memory_order_relaxed);
   HalvesOfGroup halves;
-  const std::span<std::byte*> taken = std::span(halves).first(first_count);
+  const std::span<std::byte*> taken = std::span(halves).first(first.count);
   pool_.take(taken);
-  for (std::size_t i = 0; i < first_count; ++i) first[i]->buffer = {taken[i], HalfBuffer::kWhole};
+  for (std::size_t i = 0; i < first.count; ++i)
+    first.sides[i]->buffer = {taken[i], HalfBuffer::kWhole};
   open(complete.all());
   return complete;
 }
@@ -132,7 +134,7 @@ void SlotDelivery::fill(const PatchRefiner& refiner, const Sides& sides, std::si
 }
 
 void SlotDelivery::find_lanes(const Sides& sides, std::size_t count, Scratch& scratch) const {
-  const HalfBuffer nowhere{scratch.spare_, HalfBuffer::kPiece};
+  const HalfBuffer nowhere(scratch.spare_, HalfBuffer::kPiece);
   for (std::size_t number = 0; number < 3; ++number) {
     Scratch::Lanes &own = scratch.own_[number], &other = scratch.other_[number];
     own.any = other.any = false;
@@ -140,10 +142,11 @@ void SlotDelivery::find_lanes(const Sides& sides, std::size_t count, Scratch& sc
     other.buffers.fill(nowhere);
     for (std::size_t lane = 0; lane < count; ++lane) {
       const Side& side = sides[number][lane];
-      if (!side.is_here) continue;
-      Scratch::Lanes& lanes = side.own ? own : other;
-      lanes.any = true;
-      lanes.buffers[lane] = side.buffer;
+      const bool is_own = side.is_here & side.own, is_other = side.is_here & !side.own;
+      own.any |= is_own;
+      other.any |= is_other;
+      own.buffers[lane] = is_own ? side.buffer : nowhere;
+      other.buffers[lane] = is_other ? side.buffer : nowhere;
     }
   }
 }
@@ -181,19 +184,17 @@ auto SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edge
 /// Publishes the whole halves of the group, so that other threads can complete their slots. Returns
 /// the edges that are complete now: border edges, and edges whose other half another thread has
 /// published in the meantime.
-auto SlotDelivery::publish(const Sides& sides, std::size_t count) -> Completes {
+auto SlotDelivery::publish(std::span<Side* const> first) -> Completes {
   Completes complete;
-  for (const auto& lanes : sides)
-    for (const Side& side : std::span(lanes).first(count)) {
-      if (!side.is_here || !side.buffer.whole()) continue;
-      std::byte* nothing = nullptr;
-      if (!side.border &&
-          waiting_at(side.edge).compare_exchange_strong(nothing, side.buffer.memory))
-        continue;
-      const HalfBuffer mate{take_waiting(side.edge), HalfBuffer::kWhole};
-      complete.add(side.own ? Complete{side.edge, side.buffer, mate}
-                            : Complete{side.edge, mate, side.buffer});
-    }
+  for (const Side* const side : first) {
+    std::byte* half = nullptr;
+    if (!side->border && waiting_at(side->edge).compare_exchange_strong(half, side->buffer.memory()))
+      continue;
+    if (half) waiting_at(side->edge).store(nullptr, std::memory_order_relaxed);
+    const HalfBuffer mate(half, HalfBuffer::kWhole);
+    complete.add(side->own ? Complete{side->edge, side->buffer, mate}
+                           : Complete{side->edge, mate, side->buffer});
+  }
   open(complete.all());
   return complete;
 }
@@ -204,7 +205,7 @@ void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) 
     for (const EdgeHalves& halves : find_slots(output, edges, scratch))
       for (const HalfPiece& piece : layout_.pieces(output)) {
         const std::size_t offset = shape.offset + piece.at;
-        if (halves.other.memory) {
+        if (halves.other.memory()) {
           merge_piece(piece, offset, std::span(&halves, 1), streaming_);
           continue;
         }
@@ -216,14 +217,6 @@ void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) 
   }
 }
 
-std::byte* SlotDelivery::take_waiting(EdgeId edge) {
-  std::atomic<std::byte*>& waiting = waiting_at(edge);
-  std::byte* const half = waiting.load(std::memory_order_acquire);
-  // An edge has two faces. So nobody else looks for the half, or leaves another one.
-  if (half) waiting.store(nullptr, std::memory_order_relaxed);
-  return half;
-}
-
 void SlotDelivery::close(std::span<const Complete> edges) {
   if (edges.empty()) return;
   EdgesOfGroup ids;
@@ -231,8 +224,10 @@ void SlotDelivery::close(std::span<const Complete> edges) {
   std::array<std::byte*, 6 * kPatchLanes> halves;  // two of each edge
   std::size_t count = 0;
   for (const auto& [edge, own, other] : edges)
-    for (const HalfBuffer& buffer : {own, other})
-      if (buffer.whole() && buffer.memory) halves[count++] = buffer.memory;
+    for (const HalfBuffer& buffer : {own, other}) {
+      halves[count] = buffer.memory();
+      count += static_cast<std::size_t>(buffer.whole() & (buffer.memory() != nullptr));
+    }
   if (count > 0) pool_.give_back(std::span(halves).first(count));
 }
 

@@ -75,7 +75,8 @@ class SlotDelivery {
     EdgeId edge;  ///< as the store numbers it; undefined unless is_here
     bool own, border;
     bool is_here = true;  ///< the store has the edge's slots
-    Side* mate;  ///< the other side of the same edge if it is in the same group, else nullptr
+    /// The piece of the other side of the same edge if that is in the same group, else nullptr.
+    std::byte* mate = nullptr;
     HalfBuffer buffer;
   };
   using Sides = std::array<std::array<Side, kPatchLanes>, 3>;
@@ -92,19 +93,30 @@ class SlotDelivery {
     std::span<const Complete> all() const { return std::span(edges).first(count); }
   };
 
+  /// The sides whose edge's other half is neither in the group nor made before.
+  struct FirstSides {
+    std::array<Side*, 3 * kPatchLanes> sides;
+    std::size_t count = 0;
+
+    std::span<Side* const> all() const { return std::span(sides).first(count); }
+  };
+
   using EdgesOfGroup = std::array<EdgeId, 3 * kPatchLanes>;
   using HalvesOfGroup = std::array<std::byte*, 3 * kPatchLanes>;
 
-  void find_sides(std::span<const FaceId> faces, Sides& sides) const;
-  Completes assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch);
+  /// Whether the pass makes the slots of the edge with this number in mesh_.
+  bool is_here(EdgeId number) const {
+    return number >= mesh_.edges.first && number < mesh_.edges.after;
+  }
+  void find_sides(std::span<const FaceId> faces, const Scratch& scratch, Sides& sides) const;
+  Completes assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch,
+                           FirstSides& first);
   void fill(const PatchRefiner& refiner, const Sides& sides, std::size_t count,
             std::span<const Complete> edges, Scratch& scratch) const;
   void find_lanes(const Sides& sides, std::size_t count, Scratch& scratch) const;
   void scatter(std::size_t output, const HalfPiece& piece, const void* points,
                const Scratch& scratch) const;
-  /// The half that waits at this edge, which then waits no more, or nullptr.
-  std::byte* take_waiting(EdgeId edge);
-  Completes publish(const Sides& sides, std::size_t count);
+  Completes publish(std::span<Side* const> first);
   void fill_late(std::span<const Complete> edges, Scratch& scratch) const;
   std::span<const EdgeHalves> find_slots(std::size_t output, std::span<const Complete> edges,
                                          Scratch& scratch) const;
