@@ -63,25 +63,28 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, const Scratch& scra
                ? faces.size()
                : static_cast<std::size_t>(found - faces.begin());
   };
+  // The place of a side in its patch, which is turned.
+  const auto row_of = [](int side, int turn) {
+    const int row = side - turn;
+    return static_cast<std::size_t>(row < 0 ? row + 3 : row);
+  };
   for (std::size_t lane = 0; lane < faces.size(); ++lane)
-    for (int at_corner = 0; at_corner < 3; ++at_corner) {
-      const FaceSide of_face(faces[lane], (at_corner + turns[lane]) % 3);
-      const EdgeId number =
-          mesh.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
+    for (int of_face = 0; of_face < 3; ++of_face) {
+      const FaceSide here(faces[lane], of_face);
+      const EdgeId number = mesh.face_edges[faces[lane]][static_cast<std::size_t>(of_face)];
       const Edge& edge = mesh.edges[number];
       FaceSide beyond;
-      beyond.code = edge.own.code ^ edge.other.code ^ of_face.code;
+      beyond.code = edge.own.code ^ edge.other.code ^ here.code;
       const std::size_t beyond_lane = lane_of(beyond.face());
       const bool in_group = beyond_lane < faces.size();
-      const std::size_t mate_lane = in_group ? beyond_lane : 0;
-      const auto mate_side = static_cast<std::size_t>((beyond.side() + 3 - turns[mate_lane]) % 3);
-      sides[static_cast<std::size_t>(at_corner)][lane] = {
-          mesh_.first_edge_here + (number - mesh_.edges.first),
-          edge.own == of_face,
-          edge.is_border(),
-          is_here(number),
-          in_group ? scratch.pieces_[mate_side][mate_lane] : nullptr,
-          {}};
+      const std::size_t mate = in_group ? beyond_lane : 0;
+      Side& side = sides[row_of(of_face, turns[lane])][lane];
+      side.edge = mesh_.first_edge_here + (number - mesh_.edges.first);
+      side.own = edge.own == here;
+      side.border = edge.is_border();
+      side.is_here = is_here(number);
+      side.mate =
+          in_group ? scratch.pieces_[row_of(beyond.side(), turns[mate])][mate] : nullptr;
     }
 }
 
