@@ -27,6 +27,7 @@
 #include <cstring>
 
 #include "plait/detail/namespace.h"
+#include "plait/detail/patch_moves.h"
 #include "plait/detail/slot_shapes.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/topology.h"
@@ -63,6 +64,7 @@ class FaceSlots {
       std::memcpy(to + place(size, corner == 1 ? size : 0, corner == 2 ? size : 0),
                   steps_[0][corner].origin, sizeof(Record));
     prefetch<Record>(1, level);
+    if (level >= 1 && level <= kMostListedMoves) return copy_listed(level, to);
     for (int born = 1; born <= level; ++born) {
       copy_slot<3>(born, level, to);
       copy_slot<2>(born, level, to);
@@ -165,6 +167,28 @@ class FaceSlots {
           (step < 0 ? start - end : end - start) + static_cast<std::int64_t>(sizeof(Record));
       for (std::int64_t at = 0; at < bytes; at += kCacheLine) __builtin_prefetch(first + at);
       __builtin_prefetch(first + bytes - 1);
+    }
+  }
+  /// Copies the whole face but its corners, by a list of moves.
+  template <class Record>
+  [[gnu::noinline]] void copy_listed(int level, Record* to) const {
+    const PatchMove* next = patch_moves(level);
+    const auto copy_half = [&](const std::byte* first, std::int64_t step, const Steps& steps,
+                               std::int64_t n) {
+      const PatchMove* const end = next + n * (n + 1) / 2;
+      if (steps.triangle_step == 0) [[likely]]
+        for (; next != end; ++next)
+          std::memcpy(to + next->place, first + next->record * step, sizeof(Record));
+      else  // the records of a half slot are adjacent
+        for (; next != end; ++next, first += step)
+          std::memcpy(to + next->place, first, sizeof(Record));
+    };
+    for (int born = 1; born <= level; ++born) {
+      const std::int64_t n = slot_side(born);
+      const auto& [corner, ab, ca, bc] = steps_[static_cast<std::size_t>(born)];
+      copy_half(row_of_slot<3>(bc, n, 0), step_in_row<3>(bc), bc, n);
+      copy_half(ca.origin + (n - 1) * ca.a_step, -ca.a_step, ca, n);
+      copy_half(row_of_slot<1>(ab, n, 0), step_in_row<1>(ab), ab, n);
     }
   }
   /// Copies the face's part of the slot that the refinement `born` creates on the side with these
