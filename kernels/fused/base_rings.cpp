@@ -130,8 +130,8 @@ void BaseRings<Rule>::find(std::span<const FaceId> faces) {
   }
 }
 
-/// They are found before the walks around vertices, because in a walk each look-up would wait for
-/// the one before. What the walks read is prefetched at the same time.
+/// Fills spokes_. This is done before the walks around vertices, because in a walk each look-up
+/// would wait for the one before. What the walks read is prefetched at the same time.
 template <class Rule>
 void BaseRings<Rule>::find_spokes() {
   constexpr std::size_t kFacesAhead = 16;

@@ -150,16 +150,16 @@ class BaseRings {
   std::vector<VertexId> neighbours_;  ///< of all vertices, counterclockwise for each; grows only
   std::size_t neighbour_count_ = 0;
   std::vector<Batch> batches_;
-  std::vector<Lanes> lanes_;            ///< [kind] while place() runs
-  std::vector<std::uint32_t> placed_;   ///< numbers of the vertices that this object evaluates
-  std::vector<std::size_t> starts_;     ///< [number] index into points_, for the placed vertices
-  std::span<const FaceId> faces_;       ///< of the run
-  bool one_by_one_ = true;              ///< no face is missing between them
-  std::uint32_t first_corner_ = 0;      ///< the code of the first corner of the run
-  std::vector<Corner> corners_;         ///< [corner of the run] number kNoId: not found yet
+  std::vector<Lanes> lanes_;           ///< [kind] while place() runs
+  std::vector<std::uint32_t> placed_;  ///< numbers of the vertices that this object evaluates
+  std::vector<std::size_t> starts_;    ///< [number] index into points_, for the placed vertices
+  std::span<const FaceId> faces_;      ///< of the run
+  bool one_by_one_ = true;             ///< no face is missing between them
+  std::uint32_t first_corner_ = 0;     ///< the code of the first corner of the run
+  std::vector<Corner> corners_;        ///< [corner of the run] number kNoId: not found yet
   std::vector<std::uint32_t> hub_numbers_;  ///< [hub] its number in the run, or kNoId
-  std::vector<Spoke> spokes_;           ///< [corner of the run]
-  std::vector<HubCorner> hub_corners_;  ///< ascending
+  std::vector<Spoke> spokes_;               ///< [corner of the run]
+  std::vector<HubCorner> hub_corners_;      ///< ascending
   LatticeBuffer<Real> points_{0};
 };
 

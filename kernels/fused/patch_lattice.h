@@ -130,8 +130,8 @@ struct RingShape {
   /// border vertex has no such spoke, the result is the vertex itself. REQUIRES: `spoke` is at most
   /// one turn outside 0 to valence - 1.
   constexpr std::size_t point(RingPart ring, int spoke) const {
-    if (!border)
-      spoke += valence * (int{spoke < 0} - int{spoke >= valence});  // no branch: half would be wrong
+    if (!border)  // and then no branch, which processors would predict badly
+      spoke += valence * (int{spoke < 0} - int{spoke >= valence});
     else if (spoke < -beyond() || spoke >= valence + beyond())
       return 0;
     spoke += beyond();

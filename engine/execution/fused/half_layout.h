@@ -59,7 +59,9 @@ class HalfBuffer {
   HalfBuffer(std::byte* memory, Extent extent)
       : word_(reinterpret_cast<std::uintptr_t>(memory) | extent) {}
 
-  std::byte* memory() const { return reinterpret_cast<std::byte*>(word_ & ~std::uintptr_t{kWhole}); }
+  std::byte* memory() const {
+    return reinterpret_cast<std::byte*>(word_ & ~std::uintptr_t{kWhole});
+  }
   bool whole() const { return (word_ & kWhole) != 0; }
   /// The address of the piece at `offset` bytes in the half.
   std::byte* piece(std::size_t offset) const { return memory() + (whole() ? offset : 0); }

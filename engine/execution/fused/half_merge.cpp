@@ -47,8 +47,8 @@ void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const Edg
     for (const HalfPiece::PartOfSlot& part : piece.parts) {
       std::byte* const to = slots[part.level - 1] + part.in_slot;
       // Other parts are not streamed, because streaming parts of cache lines is slow.
-      const bool whole_lines = part.bytes % kLineBytes == 0 &&
-                               reinterpret_cast<std::uintptr_t>(to) % kLineBytes == 0;
+      const bool whole_lines =
+          part.bytes % kLineBytes == 0 && reinterpret_cast<std::uintptr_t>(to) % kLineBytes == 0;
       choose(piece.own_mask.data() + part.at / sizeof(std::uint32_t),
              reinterpret_cast<const std::uint32_t*>(own + part.at),
              reinterpret_cast<const std::uint32_t*>(other + part.at),

@@ -59,9 +59,8 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, const Scratch& scra
   const auto lane_of = [&](FaceId face) -> std::size_t {
     if (one_by_one) return faces.front() - face;
     const auto found = std::ranges::lower_bound(faces, face, std::ranges::greater());
-    return found == faces.end() || *found != face
-               ? faces.size()
-               : static_cast<std::size_t>(found - faces.begin());
+    return found == faces.end() || *found != face ? faces.size()
+                                                  : static_cast<std::size_t>(found - faces.begin());
   };
   // The place of a side in its patch, which is turned.
   const auto row_of = [](int side, int turn) {
@@ -83,8 +82,7 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, const Scratch& scra
       side.own = edge.own == here;
       side.border = edge.is_border();
       side.is_here = is_here(number);
-      side.mate =
-          in_group ? scratch.pieces_[row_of(beyond.side(), turns[mate])][mate] : nullptr;
+      side.mate = in_group ? scratch.pieces_[row_of(beyond.side(), turns[mate])][mate] : nullptr;
     }
 }
 
@@ -191,7 +189,8 @@ auto SlotDelivery::publish(std::span<Side* const> first) -> Completes {
   Completes complete;
   for (const Side* const side : first) {
     std::byte* half = nullptr;
-    if (!side->border && waiting_at(side->edge).compare_exchange_strong(half, side->buffer.memory()))
+    if (!side->border &&
+        waiting_at(side->edge).compare_exchange_strong(half, side->buffer.memory()))
       continue;
     if (half) waiting_at(side->edge).store(nullptr, std::memory_order_relaxed);
     const HalfBuffer mate(half, HalfBuffer::kWhole);
