@@ -130,8 +130,8 @@ void BaseRings<Rule>::find(std::span<const FaceId> faces) {
   }
 }
 
-/// Fills spokes_. This is done before the walks around vertices, because in a walk each look-up
-/// would wait for the one before. What the walks read is prefetched at the same time.
+/// Fills spokes_ before the walks around vertices, because in a walk each look-up would wait for
+/// the one before. What the walks read is prefetched at the same time.
 template <class Rule>
 void BaseRings<Rule>::find_spokes() {
   constexpr std::size_t kFacesAhead = 16;
@@ -157,7 +157,7 @@ void BaseRings<Rule>::find_spokes() {
   }
 }
 
-/// The same as Topology::next_corner(), but it divides once for a whole face.
+/// Finds the next corner as Topology::next_corner() does, with one division.
 template <class Rule>
 auto BaseRings<Rule>::spoke_at(FaceId face, std::uint32_t corner) const -> Spoke {
   const std::uint32_t side = corner == 2 ? 0 : corner + 1;

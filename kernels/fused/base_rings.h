@@ -106,9 +106,9 @@ class BaseRings {
     std::size_t neighbours;  ///< index into neighbours_
     RingShape shape;
   };
-  /// From the vertex of a corner to the next corner of the face.
+  /// The edge from the vertex of a face's corner to the face's next corner.
   struct Spoke {
-    FaceSide next;  ///< the corner on the other side of the following spoke
+    FaceSide next;  ///< the corner at the same vertex in the next face counterclockwise
     VertexId neighbour;
   };
   struct HubCorner {
