@@ -9,8 +9,7 @@
 //
 // Call these functions only while a DefaultArithmetic exists (base/default_arithmetic.h). All
 // functions are inlined and free of branches, so that loops over numbers become vector loops.
-// Pinned by tests/engine/base/number_lattice_test.cpp, and by every_rounding_test.cpp for
-// all 2^32 words.
+// Pinned by tests/engine/base/number_lattice_test.cpp, with PLAIT_LONG=1 for all 2^32 words.
 #pragma once
 
 #include <bit>

@@ -31,7 +31,7 @@ bool each_was_called_once(const Calls& calls) {
   return std::ranges::all_of(calls, [](const std::atomic<int>& count) { return count == 1; });
 }
 
-TEST_CASE("EachFileAtOnce_AnyNumber_CallsEachOnceAndTellsHowMany") {
+TEST_CASE("EachFileAtOnce_AnyNumber_CallsEachOnceAndTellsHowMany", "[threads]") {
   for (const std::size_t count : {0u, 1u, 2u, 31u, 33u, 1000u}) {
     INFO(count);
     Calls calls(count);
@@ -48,7 +48,7 @@ TEST_CASE("EachFileAtOnce_AnyNumber_CallsEachOnceAndTellsHowMany") {
   }
 }
 
-TEST_CASE("EachFileAtOnce_CallsThatWaitForEachOther_AreThereAtTheSameTime") {
+TEST_CASE("EachFileAtOnce_CallsThatWaitForEachOther_AreThereAtTheSameTime", "[threads]") {
   constexpr int kTogether = 8;
   std::atomic<int> waiting = 0;
   each_file_at_once(kTogether, "a test",
@@ -61,7 +61,7 @@ TEST_CASE("EachFileAtOnce_CallsThatWaitForEachOther_AreThereAtTheSameTime") {
   CHECK(waiting == kTogether);
 }
 
-TEST_CASE("EachFileAtOnce_AnError_EndsTheOthersAndIsThrown") {
+TEST_CASE("EachFileAtOnce_AnError_EndsTheOthersAndIsThrown", "[threads]") {
   std::atomic<int> calls = 0;
   const auto fail = [&](std::size_t at) {
     ++calls;
@@ -101,7 +101,7 @@ int calls_without_threads() {
   return each_was_called_once(calls) ? 0 : 3;
 }
 
-TEST_CASE("EachFileAtOnce_NoFurtherThread_CallsEachOnceAllTheSame") {
+TEST_CASE("EachFileAtOnce_NoFurtherThread_CallsEachOnceAllTheSame", "[threads]") {
   if (unless_sanitized(false, true)) {
     skip("address space cannot be limited under a sanitizer");
     return;

@@ -161,7 +161,7 @@ TEST_CASE("PassPart_FileOperationsThatFail_LeaveNoPartOrTheRightOne") {
   }
 }
 
-TEST_CASE("Join_FileOperationsThatFail_LeaveNoStoreOrTheWholeOne") {
+TEST_CASE("Join_FileOperationsThatFail_LeaveNoStoreOrTheWholeOne", "[threads]") {
   const PlannedSubdivision planned;
   make_parts(planned.plan);
   const std::filesystem::path store = planned.on.sharded();
@@ -223,7 +223,7 @@ TEST_CASE("PassJoin_FileOperationsThatFail_LeaveOneOfTheTwoVersions") {
   SECTION("all from there on, ESTALE") { check_fault(ESTALE, From::kAllFromThere); }
 }
 
-TEST_CASE("PassPartsAndJoin_ShortAndInterruptedTransfers_ChangeNoRecord") {
+TEST_CASE("PassPartsAndJoin_ShortAndInterruptedTransfers_ChangeNoRecord", "[threads]") {
   const PlannedPasses planned;
   make_parts(planned.plan);
   std::string expected;

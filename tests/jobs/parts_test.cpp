@@ -236,7 +236,7 @@ class ChangedPaths final : public FileOperationHook {
 
 }  // namespace
 
-TEST_CASE("Parts_OfAnyNumber_GiveTheRecordsOfOneProcess") {
+TEST_CASE("Parts_OfAnyNumber_GiveTheRecordsOfOneProcess", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   Work work;
   work.mesh = write_mesh(here.path(), random_sheet(5, 60));
@@ -327,7 +327,7 @@ TEST_CASE("Part_OfALargeBaseMesh_ReadsWhatItsEdgesNeed") {
   CHECK(made > 2 * refused);
 }
 
-TEST_CASE("Parts_AThousand_GiveTheRecordsOfOneProcess") {
+TEST_CASE("Parts_AThousand_GiveTheRecordsOfOneProcess", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   Work work;
   work.mesh = write_mesh(here.path(), random_sheet(9, 900));
@@ -375,7 +375,7 @@ TEST_CASE("Plan_BlockSizeThatNoStoreHas_IsRefusedBeforeAnyPartIsMade") {
   }
 }
 
-TEST_CASE("Part_MadeTwiceOrByTwoAtOnce_IsMadeOnce") {
+TEST_CASE("Part_MadeTwiceOrByTwoAtOnce_IsMadeOnce", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   const Work work{write_mesh(here.path(), random_sheet(5, 60))};
   const fs::path plan = here.path() / "plan";
@@ -609,7 +609,7 @@ TEST_CASE("Join_RunAgain_FindsItsStoreAndChangesNothing") {
 }
 
 // As many threads as the budget has scratch memory for; the records are the same.
-TEST_CASE("Part_MoreThreadsThanTheBudgetAllows_TakesFewerAndSaysSo") {
+TEST_CASE("Part_MoreThreadsThanTheBudgetAllows_TakesFewerAndSaysSo", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   Work work{write_mesh(here.path(), random_sheet(5, 60))};
   work.levels = 6;

@@ -91,7 +91,7 @@ class ChangedPaths final : public FileOperationHook {
 
 }  // namespace
 
-TEST_CASE("PassInParts_FiveIterationsOfSmoothing_GiveTheRecordsOfOneProcess") {
+TEST_CASE("PassInParts_FiveIterationsOfSmoothing_GiveTheRecordsOfOneProcess", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   SECTION("a mesh with border, refined in memory first") {
     const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
@@ -152,7 +152,7 @@ TEST_CASE("PassInParts_Noise_MovesVerticesAsOneProcessDoes") {
   }
 }
 
-TEST_CASE("PassInParts_Normals_AreThoseOfSubdivision") {
+TEST_CASE("PassInParts_Normals_AreThoseOfSubdivision", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   for (const std::uint32_t parts : {1u, 7u}) {
@@ -171,7 +171,7 @@ TEST_CASE("PassInParts_Normals_AreThoseOfSubdivision") {
   }
 }
 
-TEST_CASE("PassInParts_OfTheProgramsOwn_GivesTheRecordsOfOneProcess") {
+TEST_CASE("PassInParts_OfTheProgramsOwn_GivesTheRecordsOfOneProcess", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   on.normals = true;
@@ -247,7 +247,7 @@ TEST_CASE("PassJoin_ReadersOfTheVersionBefore_KeepIt") {
     CHECK_FALSE(entry.path().filename().native().starts_with("attribute0.level"));
 }
 
-TEST_CASE("PassPart_MadeByFourAtOnce_IsMadeOnce") {
+TEST_CASE("PassPart_MadeByFourAtOnce_IsMadeOnce", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   on.make_shards(2);

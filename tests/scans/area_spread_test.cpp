@@ -83,7 +83,7 @@ TEST_CASE("AreaSpread_FacesOfKnownRatios_AreCounted") {
   CHECK(eleven.share_within_4 == Approx(9.0 / 11));
 }
 
-TEST_CASE("AreaSpread_OfOneFace_LeavesOutItsLeastAndItsLargestArea") {
+TEST_CASE("AreaSpread_OfOneFace_LeavesOutItsLeastAndItsLargestArea", "[threads]") {
   Grid grid = even_grid();
   for (std::size_t at = 0; at < kSize; ++at) {
     grid.widths[at] = 1 + 0.25 * static_cast<double>(at * at);

@@ -102,7 +102,7 @@ TEST_CASE("FollowBack_NeighboursOnTheTorus_StayNeighbours") {
   CHECK(longest < 12 * sum / count);
 }
 
-TEST_CASE("Samples_AnyNumberOfThreads_HaveTheSameBits") {
+TEST_CASE("Samples_AnyNumberOfThreads_HaveTheSameBits", "[threads]") {
   const Remeshed remeshed = remesh(torus_grid(40, 30), 200);
   std::vector<std::vector<SurfacePoint>> all;
   for (const int threads : {1, 2, 4})

@@ -41,7 +41,7 @@ TEST_CASE("FindCrossings_SurfacesThatTouchOrLieBesideEachOther_HaveNone") {
   CHECK(crossings_of(together(flat_squares(5, 4, 0), ridge)).faces == 0);
 }
 
-TEST_CASE("FindCrossings_TriangleThroughASheet_CountsAllFacesThatItMeets") {
+TEST_CASE("FindCrossings_TriangleThroughASheet_CountsAllFacesThatItMeets", "[threads]") {
   // Of the squares 1 to 3 of a row, it meets both triangles.
   const IndexedMesh blade = {{{1.1, 0.55, -1}, {3.9, 0.55, -1}, {2.5, 0.55, 100}}, {{0, 1, 2}}};
   for (const double far : {0.0, 6e6}) {
@@ -67,7 +67,7 @@ TEST_CASE("FindCrossings_TetrahedronInsideAnother_CrossesItWhereItReachesOut") {
   }
 }
 
-TEST_CASE("FindCrossings_NeedlesAcrossEachOther_EndsAndSaysWhere") {
+TEST_CASE("FindCrossings_NeedlesAcrossEachOther_EndsAndSaysWhere", "[threads]") {
   // All boxes are nearly the whole cube, and no needle meets another one.
   IndexedMesh mesh;
   constexpr std::uint32_t kNeedles = 1600;

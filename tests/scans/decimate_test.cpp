@@ -190,7 +190,7 @@ TEST_CASE("Decimate_EqualWeights_ChangeNoBit") {
   CHECK(weighted.positions == plain.positions);
 }
 
-TEST_CASE("Decimate_InTiles_KeepsTheTopologyOnAnyNumberOfThreads") {
+TEST_CASE("Decimate_InTiles_KeepsTheTopologyOnAnyNumberOfThreads", "[threads]") {
   for (const IndexedMesh& mesh :
        {torus_grid(80, 60), side_by_side({sheet(40, 40), torus_grid(30, 30), sheet(9, 9)})}) {
     const Surface scan = surface_of(mesh);
@@ -253,7 +253,7 @@ TEST_CASE("FaceTiles_SizeOfTheirOwn_FitsIntoTheCaches") {
   CHECK(face_tiles(smaller.positions, smaller.faces).size() == 1);
 }
 
-TEST_CASE("Decimate_CancelledByItsCaller_IsAnError") {
+TEST_CASE("Decimate_CancelledByItsCaller_IsAnError", "[threads]") {
   const Surface scan = surface_of(torus_grid(80, 80));
   int calls = 0;
   const DecimateOptions options{.faces = 20,

@@ -22,7 +22,7 @@ Distances distances(const IndexedMesh& from, const IndexedMesh& to) {
 
 }  // namespace
 
-TEST_CASE("Distances_ParallelSquares_AreTheirGap") {
+TEST_CASE("Distances_ParallelSquares_AreTheirGap", "[threads]") {
   const Distances found = distances(square(2, 0), square(2, 0.25));
   CHECK(found.samples == 100000);
   for (const double value : {found.max, found.rms, found.mean, found.percentile_99})
@@ -30,7 +30,7 @@ TEST_CASE("Distances_ParallelSquares_AreTheirGap") {
   CHECK(found.mean_angle == Approx(0).margin(1e-6));
 }
 
-TEST_CASE("Distances_Progress_IsToldOftenAndCancelsAtOnce") {
+TEST_CASE("Distances_Progress_IsToldOftenAndCancelsAtOnce", "[threads]") {
   // Far from each other: then each search looks at many faces.
   const IndexedMesh here = square(1, 0), far = square(2, 1000);
   const TriangleTree tree(far.positions, far.faces);
@@ -50,7 +50,7 @@ TEST_CASE("Distances_Progress_IsToldOftenAndCancelsAtOnce") {
       }).code() == ErrorCode::kCancelled);
 }
 
-TEST_CASE("Distances_FarSamples_AreOfTheirPlaces") {
+TEST_CASE("Distances_FarSamples_AreOfTheirPlaces", "[threads]") {
   // Two squares above a large one, another size and height each, and one that is on it.
   IndexedMesh from;
   const auto add = [&](double side, double x, double z) {

@@ -290,7 +290,7 @@ TEST_CASE("Relax_NormalsNearTheScans_StayNear") {
   }
 }
 
-TEST_CASE("Relax_AnyNumberOfThreads_GivesTheSameBits") {
+TEST_CASE("Relax_AnyNumberOfThreads_GivesTheSameBits", "[threads]") {
   for (const int level : {1, 2, 3}) {
     const RelaxCase first(torus_grid(60, 40), 300, level);
     std::vector<std::vector<SurfacePoint>> all;
@@ -308,7 +308,7 @@ TEST_CASE("Relax_AnyNumberOfThreads_GivesTheSameBits") {
   }
 }
 
-TEST_CASE("Relax_CancelledByItsCaller_IsAnError") {
+TEST_CASE("Relax_CancelledByItsCaller_IsAnError", "[threads]") {
   RelaxCase sampled(torus_grid(20, 20), 60, 2);
   CHECK(error_of([&] {
           relax(sampled.scan, sampled.base, 2, {.progress = [](const Progress&) { return false; }},
@@ -316,7 +316,7 @@ TEST_CASE("Relax_CancelledByItsCaller_IsAnError") {
         }).code() == ErrorCode::kCancelled);
 }
 
-TEST_CASE("ExactFaces_OfASheetThatIsFlatOnOneSide_AreThoseOfThatSideAndStay") {
+TEST_CASE("ExactFaces_OfASheetThatIsFlatOnOneSide_AreThoseOfThatSideAndStay", "[threads]") {
   IndexedMesh mesh = sheet(40, 40);
   for (Point& p : mesh.positions) p.z = p.x > 20 ? 0.5 * std::sin(p.x - 20) * std::sin(p.y) : 0;
   RelaxCase sampled(mesh, 40);

@@ -77,7 +77,7 @@ TEST_CASE("WeighTurnedFaces_Again_MultipliesTheWeightsThere") {
   }
 }
 
-TEST_CASE("CountFolds_SmallTrianglesInFacesAndAcrossTheirSides_AreThoseOfTheMesh") {
+TEST_CASE("CountFolds_SmallTrianglesInFacesAndAcrossTheirSides_AreThoseOfTheMesh", "[threads]") {
   for (const IndexedMesh& coarse : {octahedron(), annulus(5), sheet(3, 2)}) {
     const BaseMesh base = BaseMesh::build(coarse);
     for (const int level : {1, 2, 3}) {

@@ -43,7 +43,7 @@ TEST_CASE("Untangle_GoodSamples_StayWhereTheyAre") {
   CHECK(sampled.samples[50].weights == before[50].weights);
 }
 
-TEST_CASE("Untangle_SampleBeyondItsNeighbours_ComesBackWithinTheCap") {
+TEST_CASE("Untangle_SampleBeyondItsNeighbours_ComesBackWithinTheCap", "[threads]") {
   Sampled sampled(2);
   const SampleNumbers numbers(sampled.base, 2);
   const auto face = static_cast<FaceId>(sampled.scan.faces.size() / 2 + 10);

@@ -1,6 +1,7 @@
 // The map of words to lattice indices, against its definition in wide integers.
 #include "base/number_lattice.h"
 
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "base/default_arithmetic.h"
+#include "support/words.h"
 
 namespace plait::test {
 namespace {
@@ -80,6 +82,15 @@ void check_map() {
 TEST_CASE("NumberLattice_AnyWord_IsMappedOnceAndBack") {
   check_map<float>();
   check_map<double>();
+}
+
+TEST_CASE("NumberLattice_WordsOfEveryKindOfFloat_ComeBack") {
+  const DefaultArithmetic arithmetic;
+  const NumberLattice<float> lattice(2e-6);
+  CHECK(count_wrong_words([&](std::uint32_t bits) {
+          const std::uint32_t word = lattice.word(std::bit_cast<float>(bits));
+          return bits_of(lattice.number_of_word(word)) == bits;
+        }) == 0);
 }
 
 TEST_CASE("NumberLattice_Prediction_IsTheNearestIndexOrThePlaceOfANumber") {

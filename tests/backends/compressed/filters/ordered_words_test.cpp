@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "support/words.h"
+
 namespace plait::test {
 
 TEST_CASE("OrderedWords_OfFloats_AreInTheOrderOfTheNumbers") {
@@ -28,6 +30,16 @@ TEST_CASE("OrderedWords_OfFloats_AreInTheOrderOfTheNumbers") {
         1);
   CHECK(FloatOrder::to<64>(std::bit_cast<std::uint64_t>(-1.0)) <
         FloatOrder::to<64>(std::bit_cast<std::uint64_t>(1.0)));
+}
+
+TEST_CASE("OrderedWords_OfEveryKindOfFloat_AreThoseOfTheDefinitionAndComeBack") {
+  CHECK(count_wrong_words([](std::uint32_t word) {
+          // Negative numbers downwards from the middle, the others upwards.
+          const std::uint32_t expected = word >> 31 != 0 ? ~word : word + 0x80000000u;
+          const std::uint32_t ordered = FloatOrder::to<32>(word);
+          return ordered == expected && FloatOrder::from<32>(ordered) == word &&
+                 from_zigzag<32>(zigzag<32>(word)) == word;
+        }) == 0);
 }
 
 TEST_CASE("Zigzag_SmallDifferences_AreSmallNumbers") {

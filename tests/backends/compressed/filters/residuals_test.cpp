@@ -1,10 +1,14 @@
 // Residuals of any numbers, against their definition in wide integers.
 #include "compressed/filters/residuals.h"
 
+#include <bit>
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <limits>
 #include <random>
 #include <vector>
+
+#include "support/words.h"
 
 namespace plait::test {
 namespace {
@@ -57,6 +61,16 @@ TEST_CASE("Residuals_OfPairsOfNumbers_AreThoseOfTheDefinition") {
       CHECK(std::bit_cast<std::uint32_t>(from_residual(found, prediction)) ==
             std::bit_cast<std::uint32_t>(number));
     }
+}
+
+TEST_CASE("Residuals_OfFloats_GiveThemBack") {
+  for (const float prediction : {0.0f, -1.5f, std::numeric_limits<float>::infinity()}) {
+    CAPTURE(prediction);
+    CHECK(count_wrong_words([&](std::uint32_t bits) {
+            const std::uint32_t coded = residual(std::bit_cast<float>(bits), prediction);
+            return std::bit_cast<std::uint32_t>(from_residual(coded, prediction)) == bits;
+          }) == 0);
+  }
 }
 
 TEST_CASE("Residuals_OfDoubles_GiveTheNumberBack") {
