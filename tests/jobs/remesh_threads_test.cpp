@@ -12,6 +12,7 @@
 #include "remesh_files.h"
 #include "support/error_of.h"
 #include "support/parallel_loops.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -19,14 +20,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kFaces = unless_sanitized(200, 80);
+IndexedMesh small_torus() {
+  return torus_grid(unless_sanitized(60, 30), unless_sanitized(40, 20));
+}
+
 }  // namespace
 
 TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
   const RemeshFiles files;
-  write_with_attributes(files.scan, with_noise(torus_grid(60, 40), 0.01));
+  write_with_attributes(files.scan, with_noise(small_torus(), 0.01));
   std::vector<std::string> digests;
   for (const int threads : {1, 2, 3}) {
-    RemeshRequest request = files.request(200);
+    RemeshRequest request = files.request(kFaces);
     request.threads = threads;
     request.digest = true;
     digests.push_back(files.run(request).digest);
@@ -36,7 +42,7 @@ TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
   CHECK(digests[2] == digests[0]);
   for (const NamedLoop& pool : parallel_loops()) {
     CAPTURE(pool.name);
-    RemeshRequest request = files.request(200);
+    RemeshRequest request = files.request(kFaces);
     request.threads = 3;
     request.digest = true;
     request.options.parallel_for = pool.loop;
@@ -46,11 +52,11 @@ TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
 
 TEST_CASE("Remesh_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysSo") {
   const RemeshFiles files;
-  write_with_attributes(files.scan, torus_grid(60, 40));
+  write_with_attributes(files.scan, small_torus());
   std::vector<std::string> warnings;
   JobWatch watch;
   watch.warn = [&](const std::string& warning) { warnings.push_back(warning); };
-  RemeshRequest request = files.request(200, 4);
+  RemeshRequest request = files.request(kFaces, 4);
   request.options.budget_bytes = 1 << 20;
   request.digest = true;
   const std::string digest = files.run(request, watch).digest;
@@ -68,15 +74,15 @@ TEST_CASE("Remesh_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysSo") {
 TEST_CASE("Remesh_OnThePoolOfTheProgram_WritesEachAttributeOfTheScanThere") {
   const RemeshFiles files;
   int loops = 0;
-  RemeshRequest request = files.request(200);
+  RemeshRequest request = files.request(kFaces);
   request.options.parallel_for = [&](int count, const std::function<void(int)>& body) {
     ++loops;
     for (int number = 0; number < count; ++number) body(number);
   };
-  write_ply(files.scan, torus_grid(60, 40));
+  write_ply(files.scan, small_torus());
   files.run(request);
   const int of_positions = std::exchange(loops, 0);
-  write_with_attributes(files.scan, torus_grid(60, 40));
+  write_with_attributes(files.scan, small_torus());
   const RemeshReport report = files.run(request);
   CHECK(of_positions > 0);
   CHECK(report.attributes.size() == 4);
