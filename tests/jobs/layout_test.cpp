@@ -148,7 +148,7 @@ TEST_CASE("Laying out in files gives the bytes of laying out in memory") {
     }
   }
   SECTION("random meshes") {
-    for (unsigned seed = 0; seed < 40; ++seed) {
+    for (unsigned seed = 0; seed < unless_sanitized(40u, 15u); ++seed) {
       CAPTURE(seed);
       IndexedMesh mesh = side_by_side({random_sphere(seed, 40 + seed), random_sheet(seed, 90),
                                        single_triangle(), random_torus(seed, 30), open_fan(30)});
@@ -162,8 +162,8 @@ TEST_CASE("Laying out in files gives the bytes of laying out in memory") {
   SECTION("more than a window of the compressor, and many merges of many runs") {
     const TemporaryDirectory files;
     const std::filesystem::path path = files.path() / "m.ply";
-    // As many runs of a tenth of the faces under a sanitizer, which finds no more in longer ones.
-    const std::uint32_t part = unless_sanitized(1u, 3u);
+    // As many runs of a quarter of the faces under a sanitizer, which finds no more in longer ones.
+    const std::uint32_t part = unless_sanitized(2u, 4u);
     write_mesh(
         path,
         shuffled(side_by_side({torus_grid(500 / part, 400 / part), sheet(300 / part, 300 / part)}),
@@ -325,8 +325,7 @@ TEST_CASE("Less memory than the program itself takes is refused") {
 TEST_CASE("Each progress can cancel the layout, and nothing stays") {
   const TemporaryDirectory files(Medium::kMemory);
   const std::filesystem::path path = files.path() / "m.ply";
-  const std::uint32_t side = unless_sanitized(200u, 80u);
-  write_mesh(path, torus_grid(side, side), Form::kLittleEndian);
+  write_mesh(path, torus_grid(80, 80), Form::kLittleEndian);
   const JobOptions options = {
       {"mesh", path.native()}, {"out", (files.path() / "m.base").native()}, {"memory", "100M"}};
   std::vector<std::uint64_t> told;

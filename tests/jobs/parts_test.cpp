@@ -51,6 +51,7 @@ namespace plait::test {
 namespace {
 
 namespace fs = std::filesystem;
+using Numbers = std::vector<std::uint32_t>;
 
 struct Work {
   fs::path mesh;
@@ -173,7 +174,7 @@ void check_parts(const Work& work, const fs::path& directory, std::uint32_t part
 }
 
 void check_work(const Work& work, const fs::path& directory,
-                const std::vector<std::uint32_t>& numbers) {
+                const Numbers& numbers) {
   const std::string expected = make_whole(work, directory / "whole.plait");
   const auto files = records_of(directory / "whole.plait");
   for (const std::uint32_t parts : numbers) check_parts(work, directory, parts, expected, files);
@@ -188,7 +189,7 @@ JoinResult refused_join(const fs::path& directory, const fs::path& plan) {
   return joined;
 }
 
-std::vector<std::uint32_t> wrong_parts(const fs::path& directory, const fs::path& plan) {
+Numbers wrong_parts(const fs::path& directory, const fs::path& plan) {
   return refused_join(directory, plan).bad;
 }
 
@@ -241,25 +242,25 @@ TEST_CASE("Parts_OfAnyNumber_GiveTheRecordsOfOneProcess", "[threads]") {
   Work work;
   work.mesh = write_mesh(here.path(), random_sheet(5, 60));
   SECTION("Loop with normals, a mesh with border") {
-    check_work(work, here.path(), {1, 2, 3, 7, 16, 64});
+    check_work(work, here.path(), unless_sanitized(Numbers{1, 2, 3, 7, 16, 64}, Numbers{2, 7}));
   }
   SECTION("limit positions") {
     work.limit = true;
     work.normals = false;
-    check_work(work, here.path(), {3, 16});
+    check_work(work, here.path(), unless_sanitized(Numbers{3, 16}, Numbers{3}));
   }
   SECTION("Butterfly") {
     work.scheme = scheme_from_name("butterfly");
-    check_work(work, here.path(), {2, 7});
+    check_work(work, here.path(), unless_sanitized(Numbers{2, 7}, Numbers{2}));
   }
   SECTION("Midpoint, without refinement of the base mesh") {
     work.scheme = scheme_from_name("midpoint");
     work.max_slot_bytes = std::nullopt;
-    check_work(work, here.path(), {2, 7});
+    check_work(work, here.path(), unless_sanitized(Numbers{2, 7}, Numbers{2}));
   }
   SECTION("a closed mesh") {
     work.mesh = write_mesh(here.path(), random_sphere(3, 80));
-    check_work(work, here.path(), {3, 64});
+    check_work(work, here.path(), unless_sanitized(Numbers{3, 64}, Numbers{16}));
   }
 }
 
@@ -327,14 +328,14 @@ TEST_CASE("Part_OfALargeBaseMesh_ReadsWhatItsEdgesNeed") {
   CHECK(made > 2 * refused);
 }
 
-TEST_CASE("Parts_AThousand_GiveTheRecordsOfOneProcess", "[threads]") {
+TEST_CASE("Parts_MoreThanAreOpenAtOnce_GiveTheRecordsOfOneProcess", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   Work work;
-  work.mesh = write_mesh(here.path(), random_sheet(9, 900));
+  work.mesh = write_mesh(here.path(), random_sheet(9, unless_sanitized(900u, 300u)));
   work.levels = 2;
   work.normals = false;
   work.max_slot_bytes = std::nullopt;
-  check_work(work, here.path(), {unless_sanitized(1000u, 200u)});
+  check_work(work, here.path(), {unless_sanitized(200u, 70u)});
 }
 
 TEST_CASE("Parts_Compressed_GiveTheRecordsOfOneProcess") {
@@ -409,10 +410,9 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
   plan_parts(request_of(work, plan, kParts), default_backends());
   for (const std::uint32_t part : {0u, 2u}) make_part(plan, part, {}, default_backends());
   const JoinResult missing = join(plan, here.path() / "s.plait");
-  CHECK(missing.missing == std::vector<std::uint32_t>{1, 3, 4, 5});
+  CHECK(missing.missing == Numbers{1, 3, 4, 5});
   CHECK(missing.again() == "1,3-5");
   make_all(plan, kParts);
-  using Numbers = std::vector<std::uint32_t>;
   SECTION("a file of a level is cut") {
     const fs::path file = directory_of(plan, 3) / "attribute0.levels.1.shard3";
     fs::resize_file(file, fs::file_size(file) - 1);

@@ -36,6 +36,7 @@
 #include "plait/visit_vertices.h"
 #include "prune/compare_pruned.h"
 #include "support/error_of.h"
+#include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -137,7 +138,7 @@ TEST_CASE("Drawn_OfRandomDepths_HasNoGapAndTheEulerNumberOfTheBaseMesh") {
   for (const NamedMesh& named : all_meshes()) {
     const BaseMesh base = BaseMesh::build(named.mesh);
     if (base.face_count() > 200) continue;
-    for (int turn = 0; turn < 40; ++turn, ++patterns) {
+    for (int turn = 0; turn < unless_sanitized(40, 5); ++turn, ++patterns) {
       CAPTURE(named.name, turn);
       const BaseMesh deep = base.with_depths(random_depths(base.face_count(), random, 4));
       const int level = static_cast<int>(random() % 5);
@@ -165,7 +166,7 @@ TEST_CASE("Drawn_OfRandomDepths_HasNoGapAndTheEulerNumberOfTheBaseMesh") {
             edges->size() + base.vertex_count() + base.face_count());
     }
   }
-  CHECK(patterns >= 1000);
+  CHECK(patterns >= unless_sanitized(1000, 125));
 }
 
 TEST_CASE("Drawn_OfAPrunedStore_HasThePositionsOfItsVertices") {
@@ -323,7 +324,7 @@ double sampled_distance(const Soup& from, const Soup& to, std::mt19937& random) 
   std::uniform_real_distribution<double> share(0, 1);
   double most = 0;
   for (const auto& face : from.faces)
-    for (int turn = 0; turn < 40; ++turn) {
+    for (int turn = 0; turn < unless_sanitized(20, 5); ++turn) {
       const double r = std::sqrt(share(random)), s = share(random);
       const Vector3<double> point = (1 - r) * from.positions[face[0]] +
                                     (r * (1 - s)) * from.positions[face[1]] +
@@ -337,7 +338,7 @@ double sampled_distance(const Soup& from, const Soup& to, std::mt19937& random) 
 
 TEST_CASE("Prune_ByDistance_HoldsItForRandomPointsOfBothSurfaces") {
   std::mt19937 random(31);
-  for (const std::uint64_t seed : {1u, 2u, 3u})
+  for (std::uint64_t seed = 1; seed <= unless_sanitized(3u, 1u); ++seed)
     for (const char* const wanted : {"0.5%", "2%"})
       for (const int balance : {0, 1}) {
         CAPTURE(seed, wanted, balance);

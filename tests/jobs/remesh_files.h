@@ -13,6 +13,7 @@
 #include "plait/reader.h"
 #include "plait/registry.h"
 #include "remesh/remesh.h"
+#include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -28,7 +29,7 @@ struct RemeshFiles {
     request.store = store;
     request.faces = faces;
     request.levels = levels;
-    request.report_samples = 20000;
+    request.report_samples = unless_sanitized(20000, 5000);
     request.options.backend = "pread";
     request.options.durability = Durability::kNone;
     request.threads = 2;
