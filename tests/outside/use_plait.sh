@@ -7,14 +7,17 @@
 #   INSIDE   may be empty: then the program only runs
 #   HOW      shared, static: find_package; pkg-config, pkg-config-static; subproject
 #   PREFIX   where plait is installed; for subproject: plait's folder
-#   WORK     a directory to build in; it is emptied, but for subproject
+#   WORK     a directory to build in; it is emptied
+#
+# Of a subproject, the part of the library that includes headers of all others and the program are compiled,
+# and not linked: the library is the one that is tested inside.
 #
 # CXX is the compiler, and must be given with an absolute path.
 set -euo pipefail
 
-how=$1 inside=$2 prefix=$3 work=$4
+how=$1 inside=$2 prefix=$3 work=$4 only=
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-[ "$how" = subproject ] || rm -rf "$work"
+rm -rf "$work"
 mkdir -p "$work"
 
 # require_flag COMMAND: the flag that keeps the bits of a program's own rules the same everywhere.
@@ -33,7 +36,7 @@ by_cmake() {
     -DCMAKE_EXPORT_COMPILE_COMMANDS=ON --no-warn-unused-cli --log-level=WARNING >"$work.log" ||
     { cat "$work.log"; exit 1; }
   require_flag "$(grep 'command.*every_component' "$work/compile_commands.json")"
-  cmake --build "$work" --parallel 2 >"$work.log" || { cat "$work.log"; exit 1; }
+  cmake --build "$work" --parallel 2 ${only:+--target $only} >"$work.log" || { cat "$work.log"; exit 1; }
 }
 
 # by_pkg_config FLAG...: the same by one command, as in docs/embedding.md.
@@ -72,7 +75,10 @@ case $how in
     expected=
     ;;
   subproject)
-    by_cmake plait::plait -DPLAIT_SOURCE="$prefix" -DCMAKE_UNITY_BUILD=ON
+    only="plait_c every_component_compiled"
+    by_cmake plait::plait -DPLAIT_SOURCE="$prefix" -DCMAKE_UNITY_BUILD=ON \
+      -DCMAKE_OPTIMIZE_DEPENDENCIES=ON
+    exit 0
     ;;
   *)
     echo "use_plait: unknown way '$how'" >&2
