@@ -13,6 +13,7 @@
 #include "plait/registry.h"
 #include "plait/subdivide.h"
 #include "plait/visit_vertices.h"
+#include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -21,7 +22,7 @@ using namespace plait::test;
 
 namespace {
 
-constexpr int kFinestLevel = 4;
+constexpr int kFinestLevel = unless_sanitized(4, 3);
 
 /// Changes the arithmetic of the calling thread until it is destroyed.
 class OddArithmetic {

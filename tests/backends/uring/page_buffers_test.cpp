@@ -74,7 +74,7 @@ TEST_CASE("PageBuffers_MoreThreadsThanBuffers_WaitAndEachHasItsOwn") {
   std::vector<std::thread> threads;
   for (int number = 0; number < 6; ++number)
     threads.emplace_back([&, number] {
-      for (int round = 0; round < 200; ++round) {
+      for (int round = 0; round < 50; ++round) {
         const PageBuffers::Lease lease(buffers);
         const int now = ++under_way;
         int before = most;
