@@ -42,13 +42,14 @@ Subjects backends_under_test() {
   add_backends(result, default_backends(), "",
                {"none,none", "shuffle,none", "none,lz4", "shuffle,lz4", "none,bitpack", "none,zstd",
                 "none,zstd:-5", "shuffle,zstd:9"});
-  add_backends(result, counting_registry(default_backends(), counts), " (counted)", {"shuffle,lz4"});
+  add_backends(result, counting_registry(default_backends(), counts), " (counted)",
+               {"shuffle,lz4"});
   return result;
 }
 
 }  // namespace
 
-TEST_CASE("Backend_EachOfItsPromises_IsKept") {
+TEST_CASE("Backend_EachOfItsPromises_IsKept", "[threads]") {
   const Subjects subjects = backends_under_test();
   for (const conformance::Promise& promise : conformance::promises())
     for (const conformance::Subject& subject : subjects) {

@@ -34,13 +34,13 @@ class Gate final : public TransferListener {
 
 void write_from_threads(LevelUnderTest& level, Backend& backend) {
   const LevelGeometry& geometry = level.geometry();
-  constexpr std::uint64_t kThreads = 4;
+  constexpr std::uint64_t kWriters = 4;
   std::atomic<int> errors = 0;
   const auto work = [&](std::uint64_t first) {
     std::vector<Transfer> transfers;
     std::vector<std::vector<std::byte>> contents;
     Gate gate;
-    for (std::uint64_t block = first; block < geometry.block_count(); block += kThreads) {
+    for (std::uint64_t block = first; block < geometry.block_count(); block += kWriters) {
       contents.push_back(make_content(geometry.block_bytes(block), Content::kRandom,
                                       static_cast<std::uint32_t>(block)));
       transfers.push_back({.direction = Transfer::Direction::kWrite,
@@ -54,7 +54,7 @@ void write_from_threads(LevelUnderTest& level, Backend& backend) {
     errors += gate.errors;
   };
   std::vector<std::thread> threads;
-  for (std::uint64_t i = 0; i < kThreads; ++i) threads.emplace_back(work, i);
+  for (std::uint64_t i = 0; i < kWriters; ++i) threads.emplace_back(work, i);
   for (std::thread& thread : threads) thread.join();
   REQUIRE(errors == 0);
 }

@@ -80,8 +80,8 @@ std::string fault_of(Store& store) {
   return "";
 }
 
-/// Commits until the store has `kVersions` versions. After each eighth one comes another writer, which
-/// undoes what this one has written since.
+/// Commits until the store has `kVersions` versions. After each eighth one comes another writer,
+/// which undoes what this one has written since.
 void write_versions(const fs::path& path) {
   while (true) {
     Store store = open(path, true);

@@ -146,7 +146,11 @@ TEST_CASE("RunJob_WhereTheFileSystemHasNoLocks_SaysSoWithTheNameOfTheOutput") {
       {"export", {{"input", in("s.plait")}, {"output", in("e.ply")}}},
       {"import", {{"input", in("e.ply")}, {"output", in("i.plait")}}},
       {"remesh",
-       {{"input", in("e.ply")}, {"output", in("r.plait")}, {"faces", "8"}, {"levels", "2"}, {"samples", "0"}}}};
+       {{"input", in("e.ply")},
+        {"output", in("r.plait")},
+        {"faces", "8"},
+        {"levels", "2"},
+        {"samples", "0"}}}};
   for (const auto& [job, options] : runs) {
     CAPTURE(job);
     std::vector<std::string> lines;

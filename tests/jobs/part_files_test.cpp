@@ -143,8 +143,7 @@ TEST_CASE("ShardedStore_WithAFileForEachLevel_StaysAsItIs") {
   CHECK(check_store(on.sharded(), default_backends()).left_over.empty());
 }
 
-TEST_CASE("ShardedStore_OfCompressedBlocks_IsMendedByAPartThatHasThemInAnotherOrder",
-          "[threads]") {
+TEST_CASE("ShardedStore_OfCompressedBlocks_IsMendedByAPartThatHasThemInAnotherOrder", "[threads]") {
   const TemporaryDirectory here(Medium::kMemory);
   const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   make_store(on, "compressed", default_backends());

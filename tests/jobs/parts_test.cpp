@@ -173,8 +173,7 @@ void check_parts(const Work& work, const fs::path& directory, std::uint32_t part
     fs::remove_all(directory / made);
 }
 
-void check_work(const Work& work, const fs::path& directory,
-                const Numbers& numbers) {
+void check_work(const Work& work, const fs::path& directory, const Numbers& numbers) {
   const std::string expected = make_whole(work, directory / "whole.plait");
   const auto files = records_of(directory / "whole.plait");
   for (const std::uint32_t parts : numbers) check_parts(work, directory, parts, expected, files);

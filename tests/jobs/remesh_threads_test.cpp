@@ -21,9 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kFaces = unless_sanitized(200, 80);
-IndexedMesh small_torus() {
-  return torus_grid(unless_sanitized(60, 30), unless_sanitized(40, 20));
-}
+IndexedMesh small_torus() { return torus_grid(unless_sanitized(60, 30), unless_sanitized(40, 20)); }
 
 }  // namespace
 

@@ -90,7 +90,8 @@ TEST_CASE("FusedDigest_StripsAndSeveralComponents_IsThatOfSweep") {
 }
 
 TEST_CASE("FusedDigest_BlocksThreadsAndLayouts_AreTheSame") {
-  for (const IndexedMesh& mesh : {random_sphere(61, unless_sanitized(500u, 60u)), random_sheet(62, unless_sanitized(500u, 60u))}) {
+  for (const IndexedMesh& mesh : {random_sphere(61, unless_sanitized(500u, 60u)),
+                                  random_sheet(62, unless_sanitized(500u, 60u))}) {
     const BaseMesh base = BaseMesh::build(mesh);
     SubdivideOptions what;
     what.levels = 4;

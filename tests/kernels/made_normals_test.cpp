@@ -147,7 +147,7 @@ TEST_CASE("MadeNormals_OfSurfacesThatNoSchemeMakes_TakeNoBytesAndHaveTheBitsOfSt
   }
 }
 
-TEST_CASE("MadeNormals_ReadByTwoThreadsInATightBudget_AreThoseThatWereStored") {
+TEST_CASE("MadeNormals_ReadByTwoThreadsInATightBudget_AreThoseThatWereStored", "[threads]") {
   Store expected = displaced(torus(4));
   const TemporaryDirectory directory(Medium::kMemory);
   const fs::path path = directory.path() / "s.plait";

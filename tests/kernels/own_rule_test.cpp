@@ -139,7 +139,8 @@ TEST_CASE("OwnRule_EveryExecutorBackendAndThreadCount_GivesOneDigest") {
   what.scheme = scheme;
   what.levels = 4;
   what.normals = true;
-  for (const IndexedMesh& mesh : {random_sphere(71, unless_sanitized(300u, 60u)), random_sheet(72, unless_sanitized(300u, 60u))})
+  for (const IndexedMesh& mesh : {random_sphere(71, unless_sanitized(300u, 60u)),
+                                  random_sheet(72, unless_sanitized(300u, 60u))})
     for (const bool double_precision : {false, true}) {
       const BaseMesh base = BaseMesh::build(mesh);
       std::string expected;

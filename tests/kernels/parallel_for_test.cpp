@@ -56,7 +56,9 @@ std::string digest_of_work(const BaseMesh& base, const ParallelFor& loop, Execut
 }  // namespace
 
 TEST_CASE("SubdivideAndVisit_OnThePoolOfTheProgram_GiveTheSameBits") {
-  const BaseMesh base = lay_out(BaseMesh::build(random_sphere(8, unless_sanitized(200u, 40u))), LayoutKind::kHilbert).mesh;
+  const BaseMesh base =
+      lay_out(BaseMesh::build(random_sphere(8, unless_sanitized(200u, 40u))), LayoutKind::kHilbert)
+          .mesh;
   const std::string expected = digest_of_work(base, {}, ExecutorKind::kSweep, 1);
   for (const NamedLoop& pool : parallel_loops())
     for (const ExecutorKind executor : {ExecutorKind::kFused, ExecutorKind::kSweep}) {

@@ -243,7 +243,7 @@ TEST_CASE("VisitWithDepths_WholeRings_BeginWhereThoseOfTheUniformStoreDo") {
   CHECK(with_base > 10);
 }
 
-TEST_CASE("VisitWithDepths_BackendsBudgetsAndThreads_GiveTheSameRings") {
+TEST_CASE("VisitWithDepths_BackendsBudgetsAndThreads_GiveTheSameRings", "[threads]") {
   std::mt19937 random(3);
   const IndexedMesh mesh = random_sphere(9, unless_sanitized(300, 100));
   const DepthOracle oracle(mesh);

@@ -172,7 +172,7 @@ TEST_CASE("VisitVertices_AllTestMeshes_GivesEachVertexOnceWithItsNaiveRing") {
   }
 }
 
-TEST_CASE("VisitVertices_SeveralThreads_GivesEachVertexOnceWithItsNaiveRing") {
+TEST_CASE("VisitVertices_SeveralThreads_GivesEachVertexOnceWithItsNaiveRing", "[threads]") {
   for (const IndexedMesh& mesh : {random_sphere(3, 500), random_sheet(4, 500)})
     for (const int threads : {2, 3}) check_visit(mesh, 3, 3, 0, threads);
 }
@@ -182,7 +182,7 @@ TEST_CASE("VisitVertices_CoarserLevelOrRefinedBase_CountsLevelsAsTheStore") {
   check_visit(random_sheet(5, 60), 2, 2, 3, 1);
 }
 
-TEST_CASE("VisitVertices_BackendsBlocksBudgetsThreadsAndLayouts_GiveTheSameBits") {
+TEST_CASE("VisitVertices_BackendsBlocksBudgetsThreadsAndLayouts_GiveTheSameBits", "[threads]") {
   constexpr int kLevels = 4;
   std::string expected;
   std::vector<Shape> shapes = {{}};
@@ -240,7 +240,7 @@ TEST_CASE("VisitNeeds_AsBudget_AreEnoughAndLessIsRefusedBeforeAnyChange") {
   CHECK_NOTHROW(store.commit());
 }
 
-TEST_CASE("VisitVertices_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysHowMany") {
+TEST_CASE("VisitVertices_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysHowMany", "[threads]") {
   const TemporaryDirectory directory(Medium::kMemory);
   std::string expected;
   for (const auto& [budget, most] : {std::pair{2 << 20, 199}, std::pair{256 << 20, 200}}) {
@@ -310,7 +310,7 @@ TEST_CASE("VisitVertices_KernelThatThrowsAtABaseVertex_LeavesLevelsThatCannotBeC
   CHECK_NOTHROW(store.commit());
 }
 
-TEST_CASE("VisitVertices_KernelThatThrowsInAnyThread_EndsWithOneOfItsExceptions") {
+TEST_CASE("VisitVertices_KernelThatThrowsInAnyThread_EndsWithOneOfItsExceptions", "[threads]") {
   for (const int threads : {1, 2}) {
     Store store = store_to_visit("", {}, 3);
     const auto throws = [](const VertexRun& run, const VertexRings<VisitedPoint>&,

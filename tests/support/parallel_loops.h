@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "plait/progress.h"
+#include "support/sanitized.h"
 
 namespace plait::test {
 
@@ -33,9 +34,11 @@ inline ParallelFor by_other_threads(int threads) {
 }
 
 inline std::vector<NamedLoop> parallel_loops() {
-  std::vector<NamedLoop> loops = {{"one other thread", by_other_threads(1), false},
-                                  {"three other threads", by_other_threads(3), false},
-                                  {"a thread for each body", by_other_threads(8), false}};
+  std::vector<NamedLoop> loops = {{"three other threads", by_other_threads(3), false}};
+  if (unless_sanitized(true, false)) {
+    loops.push_back({"one other thread", by_other_threads(1), false});
+    loops.push_back({"a thread for each body", by_other_threads(8), false});
+  }
   loops.push_back({"inline, from the last body to the first",
                    [](int count, const std::function<void(int)>& body) {
                      for (int number = count; number-- > 0;) body(number);

@@ -65,7 +65,7 @@ bool code_in_threads(CoderPool& pool, const std::string& pipeline) {
 
 }  // namespace
 
-TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
+TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack", "[threads]") {
   for (const char* codec :
        {"none", "lz4", "bitpack", "zstd:-5", "zstd:1", "zstd:3", "zstd:9", "zstd:19"}) {
     CAPTURE(codec);
@@ -141,7 +141,7 @@ TEST_CASE("CoderPool_LevelsOfSeveralPipelines_ShareTheMemoryOfTheLargest") {
     }
 }
 
-TEST_CASE("CoderPool_CodersOfSeveralCodings_AreNeverMoreThanThereIsMemoryFor") {
+TEST_CASE("CoderPool_CodersOfSeveralCodings_AreNeverMoreThanThereIsMemoryFor", "[threads]") {
   static int alive = 0;
   class Counted final : public Codec {
    public:
@@ -193,7 +193,7 @@ TEST_CASE("CoderPool_CodersOfSeveralCodings_AreNeverMoreThanThereIsMemoryFor") {
   CHECK(alive == 1);
 }
 
-TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed") {
+TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed", "[threads]") {
   const std::string pipeline = "shuffle,zstd:1";
   CoderPool pool(default_pipelines(), {1000, kThreads});
   pool.make_room_for({Pipeline(pipeline).codec, 1, 8}, kBlockBytes);

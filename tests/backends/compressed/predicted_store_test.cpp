@@ -365,7 +365,7 @@ TEST_CASE("PredictedStore_CommitInThePauseOfALongerWork_IsRefusedInsteadOfLeavin
   CHECK_NOTHROW(store.commit());
 }
 
-TEST_CASE("PredictedStore_LittleMemory_IsCopiedAndReadByManyThreads") {
+TEST_CASE("PredictedStore_LittleMemory_IsCopiedAndReadByManyThreads", "[threads]") {
   PredictedSurface plain("shuffle,lz4");
   plain.write_all();
   StoreOptions options = options_with(kPredicted);

@@ -56,7 +56,7 @@ SweepPass pass_over_edges(const Store& store, std::function<void(EdgeId, int)> k
 TEST_CASE("Fused_OnThePoolOfTheProgram_MakesTheSameRecords") {
   const BaseMesh base = mesh_for_pools();
   for (const NamedLoop& pool : parallel_loops())
-    for (const bool on_disk : {false, true}) {
+    for (const bool on_disk : unless_sanitized(std::vector{false, true}, std::vector{true})) {
       INFO(pool.name << (on_disk ? ", on disk" : ""));
       const TemporaryDirectory directory(Medium::kMemory);
       int loops = 0;

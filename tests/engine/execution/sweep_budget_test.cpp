@@ -63,11 +63,12 @@ struct SumPass {
 
 }  // namespace
 
-TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
+TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads", "[threads]") {
   int tight = 0;
   for (const std::string& backend : durable_backends())
     for (std::uint64_t seed = 1; seed <= unless_sanitized(3u, 1u); ++seed)
-      for (const Reach reach : {Reach::kOwn, Reach::kFaces, Reach::kRing}) {
+      for (const Reach reach : unless_sanitized(
+               std::vector{Reach::kOwn, Reach::kFaces, Reach::kRing}, std::vector{Reach::kRing})) {
         const BaseMesh base = BaseMesh::build(seed == 2   ? random_sheet(seed, 300)
                                               : seed == 3 ? random_torus(seed, 300)
                                                           : random_sphere(seed, 300));
@@ -101,7 +102,7 @@ TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
           CHECK(result == first_result);
         }
       }
-  CHECK(tight >= unless_sanitized(36, 12));  // all of kFaces and kRing
+  CHECK(tight >= unless_sanitized(36, 6));  // all of kFaces and kRing
 }
 
 TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
@@ -130,7 +131,7 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
     }
 }
 
-TEST_CASE("Sweep_WithMoreThreadsThanTheBudgetHolds_TakesFewer") {
+TEST_CASE("Sweep_WithMoreThreadsThanTheBudgetHolds_TakesFewer", "[threads]") {
   const TemporaryDirectory directory(Medium::kMemory);
   const BaseMesh base = BaseMesh::build(random_sheet(2, 300));
   const std::filesystem::path path = make_budget_store(directory, "pread", base);

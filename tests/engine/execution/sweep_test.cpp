@@ -76,7 +76,7 @@ TEST_CASE("Stencil_AnyEdge_IsTheNaiveSet") {
   }
 }
 
-TEST_CASE("Sweep_AnyNumberOfThreads_CallsTheKernelOncePerEdge") {
+TEST_CASE("Sweep_AnyNumberOfThreads_CallsTheKernelOncePerEdge", "[threads]") {
   for (const IndexedMesh& mesh : {tetrahedron(), single_triangle(), torus_grid(40, 50)})
     for (const int threads : {1, 2, 5}) {
       Store store = sweep_in_memory(mesh);
@@ -113,7 +113,7 @@ TEST_CASE("Sweep_NoAccesses_StillVisitsEveryEdge") {
   CHECK(calls == store.base().edge_count());
 }
 
-TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
+TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse", "[threads]") {
   for (const std::string& backend : durable_backends())
     for (const int threads : {1, 2}) {
       INFO(backend << ", threads " << threads);
@@ -385,7 +385,7 @@ TEST_CASE("Sweep_WritesToAStoreOpenedForReading_AreRefused") {
   }
 }
 
-TEST_CASE("Sweep_KernelThatThrows_EndsTheCallAndLeavesTheLevelUnfinished") {
+TEST_CASE("Sweep_KernelThatThrows_EndsTheCallAndLeavesTheLevelUnfinished", "[threads]") {
   for (const char* backend : {"memory", "pread"})
     for (const int threads : {1, 2}) {
       CAPTURE(backend, threads);
@@ -409,7 +409,7 @@ TEST_CASE("Sweep_KernelThatThrows_EndsTheCallAndLeavesTheLevelUnfinished") {
     }
 }
 
-TEST_CASE("Sweep_OfAConstStore_ReadsAndRefusesToWrite") {
+TEST_CASE("Sweep_OfAConstStore_ReadsAndRefusesToWrite", "[threads]") {
   Store store = sweep_in_memory(random_sheet(5, 60));
   add_sample(store, sample_schemas()[0], 2);
   const Store& reading = store;

@@ -21,6 +21,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
+#include "plait/store_info.h"
 #include "support/error_of.h"
 #include "support/eventually.h"
 #include "support/temporary_directory.h"
