@@ -34,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::uint64_t kVersions = std::getenv("PLAIT_LONG") ? 1000 : unless_sanitized(100, 40);
+const std::uint64_t kVersions = std::getenv("PLAIT_LONG") ? 1000u : unless_sanitized(100u, 40u);
 constexpr std::uint64_t kReadersBudgetBytes = 256 << 10;
 /// Levels are appended at these versions.
 const std::uint64_t kAppendedAt[] = {kVersions / 4, kVersions / 2};

@@ -591,7 +591,7 @@ TEST_CASE("PassPlan_Forged_IsDamageOfThePlanOrRefusedInWords") {
   // The store goes on only by the good plan. Each eight bytes become a huge number, and each byte
   // another one.
   const std::string first = digest_of(on.sharded());
-  for (std::size_t at = 0; at + 16 < good.size(); at += unless_sanitized(3, 15)) {
+  for (std::size_t at = 0; at + 16 < good.size(); at += unless_sanitized<std::size_t>(3, 15)) {
     CAPTURE(at);
     std::string bytes = good;
     if (at % 2 == 0)
