@@ -111,7 +111,7 @@ class FullBackend final : public ForwardingBackend {
 
 }  // namespace
 
-TEST_CASE("Fused_Proceed_SeesFacesGrowToAllOnTheCallingThread") {
+TEST_CASE("Fused_Proceed_SeesFacesGrowToAllOnTheCallingThread", "[threads]") {
   const BaseMesh base = mesh_of_failing_runs();
   Store store = store_in_memory(base);
   NumberingCalls calls(base.face_count());
@@ -130,7 +130,7 @@ TEST_CASE("Fused_Proceed_SeesFacesGrowToAllOnTheCallingThread") {
   CHECK(seen.back() == base.face_count());
 }
 
-TEST_CASE("Fused_Cancelled_LeavesAStoreThatCanBeRefinedAgain") {
+TEST_CASE("Fused_Cancelled_LeavesAStoreThatCanBeRefinedAgain", "[threads]") {
   const BaseMesh base = mesh_of_failing_runs();
   for (const int threads : {1, 2, 4}) {
     INFO(threads << " threads");
@@ -147,7 +147,7 @@ TEST_CASE("Fused_Cancelled_LeavesAStoreThatCanBeRefinedAgain") {
   }
 }
 
-TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone") {
+TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone", "[threads]") {
   const BaseMesh base = mesh_of_failing_runs();
   for (const std::string& backend : durable_backends()) {
     INFO(backend);
@@ -165,7 +165,7 @@ TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone") {
   }
 }
 
-TEST_CASE("Fused_RefinerThrowsInAnyStepOfAnyThread_ComesOut") {
+TEST_CASE("Fused_RefinerThrowsInAnyStepOfAnyThread_ComesOut", "[threads]") {
   const BaseMesh base = mesh_of_failing_runs();
   for (const std::string failing : {"make", "begin", "refine", "points"})
     for (const bool in_helper : {false, true}) {
@@ -192,7 +192,7 @@ TEST_CASE("Fused_RefinerThrowsInAnyStepOfAnyThread_ComesOut") {
     }
 }
 
-TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread") {
+TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread", "[threads]") {
   const BaseMesh base = mesh_of_failing_runs();
   for (const std::string backend : {"pread", "compressed"})
     for (const int threads : {1, 2, 4})
@@ -226,7 +226,7 @@ TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread") {
       }
 }
 
-TEST_CASE("Fused_WrongArguments_AreRefusedBeforeAnyRefinerIsMade") {
+TEST_CASE("Fused_WrongArguments_AreRefusedBeforeAnyRefinerIsMade", "[threads]") {
   const BaseMesh base = BaseMesh::build(octahedron());
   Store store =
       numbered_store({}, base, sample_options("memory"),
@@ -267,7 +267,7 @@ TEST_CASE("Fused_WrongArguments_AreRefusedBeforeAnyRefinerIsMade") {
   }
 }
 
-TEST_CASE("Fused_StoreOpenedForReading_IsRefused") {
+TEST_CASE("Fused_StoreOpenedForReading_IsRefused", "[threads]") {
   const BaseMesh base = BaseMesh::build(octahedron());
   for (const std::string& backend : durable_backends()) {
     INFO(backend);

@@ -79,7 +79,7 @@ TEST_CASE("Fused_AllSmallMeshes_PutEveryRecordInItsPlace") {
   }
 }
 
-TEST_CASE("Fused_LevelsBlocksAndThreads_PutEveryRecordInItsPlace") {
+TEST_CASE("Fused_LevelsBlocksAndThreads_PutEveryRecordInItsPlace", "[threads]") {
   for (const IndexedMesh& mesh : {random_sphere(1, unless_sanitized(120u, 20u)),
                                   random_sheet(2, unless_sanitized(120u, 20u)), two_components()})
     for (const int levels : {2, 5})
@@ -132,7 +132,7 @@ TEST_CASE("Fused_FewerLevelsThanThereAre_LeavesTheOthersAlone") {
 }
 
 // Invariant 5. As many blocks are written as there are, and each holds what it should: none twice.
-TEST_CASE("Fused_AnyDurableBackend_WritesEachBlockOnceAndReadsNone") {
+TEST_CASE("Fused_AnyDurableBackend_WritesEachBlockOnceAndReadsNone", "[threads]") {
   const BaseMesh base = BaseMesh::build(random_sheet(7, unless_sanitized(200u, 40u)));
   for (const std::string& backend : durable_backends())
     for (const int threads : {1, 2, 4}) {
