@@ -175,6 +175,7 @@ BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected,
     if (!warnings.empty()) throw refuse(warnings.front());
     return maps ? std::move(result).with_input_maps(*maps) : std::move(result);
   } catch (const Error& error) {
+    if (error.code() == ErrorCode::kCancelled || error.code() == ErrorCode::kOutOfMemory) throw;
     throw Error(ErrorCode::kCorruption, error.what()).about(path);
   }
 }

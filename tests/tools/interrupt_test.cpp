@@ -99,7 +99,9 @@ TEST_CASE("OtherCommands_Interrupted_LeaveNothing") {
                            "--compress", "shuffle,zstd:19"},
                           {"displace", "s.plait", "copy.plait", "--kind", "fractal"}}) {
     CAPTURE(arguments[0]);
-    CHECK(interrupt(here.path(), arguments, SIGINT).status == 128 + SIGINT);
+    const Outcome outcome = interrupt(here.path(), arguments, SIGINT);
+    CAPTURE(outcome.errors);
+    CHECK(outcome.status == 128 + SIGINT);
     CHECK(names_in(here.path()) == Names{"s.plait", "torus.ply"});
   }
 }

@@ -15,9 +15,13 @@
 
 #include "base/threads.h"
 #include "distance/closest_point.h"
+#include "format/base_mesh_file.h"
+#include "format/file_names.h"
 #include "mesh/weld.h"
 #include "mesh_files.h"
 #include "plait/error.h"
+#include "plait/extend/directory.h"
+#include "plait/extend/file.h"
 #include "plait/layout.h"
 #include "shapes.h"
 #include "support/error_of.h"
@@ -67,6 +71,11 @@ TEST_CASE("Interruptible_LongSteps_AskOftenAndStopWhenTheyAreTold") {
     steps.emplace_back(sample.name, [path] { read_indexed_mesh(path); });
   }
   steps.emplace_back("base mesh", [&] { BaseMesh::build(mesh); });
+  const StoredSize stored = write_base_mesh_file(Directory(directory.path()), base);
+  steps.emplace_back("base mesh of a store", [&] {
+    const File file(directory.path() / kBaseMeshName, OpenMode::kRead);
+    read_base_mesh_file(file, stored, base.vertex_count(), base.face_count());
+  });
   for (const LayoutKind kind :
        {LayoutKind::kSpatial, LayoutKind::kHilbert, LayoutKind::kRcm, LayoutKind::kAutomatic})
     steps.emplace_back("layout " + std::string(to_string(kind)),
