@@ -49,7 +49,7 @@ TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
 }
 
 TEST_CASE("Remesh_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysSo") {
-  constexpr int kMany = unless_sanitized(900, 100);
+  constexpr int kMany = 600;
   const RemeshFiles files;
   write_with_attributes(files.scan, small_torus());
   std::vector<std::string> warnings;
