@@ -23,6 +23,7 @@
 #include "remesh_files.h"
 #include "support/error_of.h"
 #include "support/real_meshes.h"
+#include "support/sanitized.h"
 #include "support/shuffled_mesh.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -508,7 +509,8 @@ TEST_CASE("Remesh_RealScans_StayWithinTheirDistances") {
     double most_rms_percent;
   };
   for (const Scan& scan : {Scan{"bunny_open", 0.020}, {"skull_model", 0.015}}) {
-    if (!has_real_mesh(scan.name)) return;
+    // A sanitizer finds no more in a mesh that is larger.
+    if (!unless_sanitized(has_real_mesh(scan.name), false)) return;
     CAPTURE(scan.name);
     const RemeshFiles files;
     RemeshRequest request = files.request(1);

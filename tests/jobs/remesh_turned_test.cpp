@@ -337,7 +337,8 @@ TEST_CASE("Remesh_ProgressOverBaseMeshesAndAttributes_NeverFalls") {
 }
 
 TEST_CASE("Remesh_RealScanWithHoles_HasNoTurnedFacesIfAsked") {
-  if (!has_real_mesh("bunny_open")) return;
+  // A sanitizer finds no more in a mesh that is larger.
+  if (!unless_sanitized(has_real_mesh("bunny_open"), false)) return;
   const RemeshFiles files;
   RemeshRequest request = files.request(694);
   request.scan = real_mesh_path("bunny_open");
