@@ -98,9 +98,9 @@ Store& changed_store(plait_store* handle);
 const Store& read_store(const plait_store* handle);
 /// Errors: kNotFound; kInvalidArgument for NULL.
 AttributeId attribute_named(const Store& store, const char* name);
-/// The names that options have; empty for NULL. Errors: kInvalidArgument for a name that is NULL.
-/// Errors: kInvalidArgument.
+/// The type with this number. Errors: kInvalidArgument if there is none.
 plait::ComponentType component_type_of(plait_component_type number);
+/// The names that options have; empty for NULL. Errors: kInvalidArgument for a name that is NULL.
 std::vector<std::string> names_in(const char* const* attributes, std::uint64_t count);
 
 }  // namespace plait::c

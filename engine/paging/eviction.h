@@ -14,10 +14,10 @@ class Eviction {
   /// Adds a frame that has no pin any more. Its place is `content.order`, and
   /// `content.kept_edges` behind that.
   virtual void insert(Frame& frame) noexcept = 0;
-  /// The frame to evict next if somebody wants a frame of `wanted_bytes`, or nullptr. It has no
-  /// pins and is closed, so it stays without pins while the pager's lock is held. It stays in the
-  /// policy until it is unlinked. Frames that were pinned without the lock leave the policy; they
-  /// come back when their last pin ends.
+  /// The frame to evict next if somebody wants a frame of `wanted_bytes` (0: of no special size),
+  /// or nullptr. It has no pins and is closed, so it stays without pins while the pager's lock is
+  /// held. It stays in the policy until it is unlinked. Frames that were pinned without the lock
+  /// leave the policy; they come back when their last pin ends.
   virtual Frame* victim(std::uint64_t wanted_bytes) noexcept = 0;
 };
 

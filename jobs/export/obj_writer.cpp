@@ -81,7 +81,7 @@ std::uint64_t write_obj_level(const ExportTask& task, OutputStream& output) {
   for_each_numbered_triangle(
       task.patches,
       [&](FaceId face, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-        // Numbers start at 1. But at creases, a vertex and its normal have the same number.
+        // Numbers start at 1. A vertex and its normal have the same number, except at creases.
         if (normals)
           fmt::format_to(std::back_inserter(text), "f {}//{} {}//{} {}//{}\n", a + 1,
                          sides.number(face, a + 1), b + 1, sides.number(face, b + 1), c + 1,

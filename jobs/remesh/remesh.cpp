@@ -243,8 +243,7 @@ void ScanRun::read_scan() {
   });
   if (request_.weld)
     report_.merged_vertices = weld(mesh, *request_.weld, request_.scan.native(), warnings);
-  warn_of_values_not_finite(mesh.attributes, warnings);
-  warn_of_numbers_not_finite(mesh.face_attributes, warnings);
+  warn_of_values_not_finite(mesh, warnings);
   report_.precision = precision_for(mesh.mesh, levels_finer_than(mesh.mesh.faces.size(), request_),
                                     request_.precision, {}, request_.scan.native(), warnings);
   report_.read_seconds = clock.lap();

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <span>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -72,10 +74,10 @@ std::uint64_t records_not_finite(const MeshAttribute& attribute) {
   return found;
 }
 
-}  // namespace
-
-void warn_of_values_not_finite(std::span<const MeshAttribute> attributes,
-                               std::vector<std::string>& warnings) {
+/// `one` and `several` name what has the records, `getting` what gets such values too.
+void warn_of_values(std::span<const MeshAttribute> attributes, std::string_view one,
+                    std::string_view several, std::string_view getting,
+                    std::vector<std::string>& warnings) {
   for (const MeshAttribute& attribute : attributes) {
     std::uint64_t count = 0;
     if (attribute.schema.type == ComponentType::kFloat32)
@@ -84,11 +86,18 @@ void warn_of_values_not_finite(std::span<const MeshAttribute> attributes,
       count = records_not_finite<double>(attribute);
     if (count > 0)
       warnings.push_back(
-          fmt::format("{} {} of the scan {} a value of '{}' that is infinite or no number: points "
-                      "of the faces there get such values too",
-                      count, count == 1 ? "vertex" : "vertices", count == 1 ? "has" : "have",
-                      attribute.schema.name));
+          fmt::format("{} {} of the scan {} a value of '{}' that is infinite or no number: {} get "
+                      "such values too",
+                      count, count == 1 ? one : several, count == 1 ? "has" : "have",
+                      attribute.schema.name, getting));
   }
+}
+
+}  // namespace
+
+void warn_of_values_not_finite(const AttributedMesh& scan, std::vector<std::string>& warnings) {
+  warn_of_values(scan.attributes, "vertex", "vertices", "points of the faces there", warnings);
+  warn_of_values(scan.face_attributes, "face", "faces", "base faces there", warnings);
 }
 
 ScanAttributes::ScanAttributes(std::vector<MeshAttribute> attributes, const Repaired& repaired)

@@ -17,9 +17,9 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Adds a line to `warnings` for each attribute that has values which are infinite or no numbers.
-void warn_of_values_not_finite(std::span<const MeshAttribute> attributes,
-                               std::vector<std::string>& warnings);
+/// Adds a line to `warnings` for each attribute of vertices or faces that has values which are
+/// infinite or no numbers.
+void warn_of_values_not_finite(const AttributedMesh& scan, std::vector<std::string>& warnings);
 
 /// How the record of a point follows from those of the corners of its face: numbers of float32 and
 /// float64, and colours, are interpolated, and normals get length 1. Any other integer may be a

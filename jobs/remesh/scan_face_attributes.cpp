@@ -1,13 +1,12 @@
 #include "remesh/scan_face_attributes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <optional>
+#include <string>
 #include <type_traits>
 
 #include "base/threads.h"
@@ -132,25 +131,6 @@ void fill_small_faces(const SampledSurface& surface, const SampleNumbers& number
 }
 
 }  // namespace
-
-void warn_of_numbers_not_finite(std::span<const MeshAttribute> of_faces,
-                                std::vector<std::string>& warnings) {
-  for (const MeshAttribute& attribute : of_faces) {
-    const std::size_t bytes = attribute.schema.record_bytes();
-    std::uint64_t count = 0;
-    with_number_type(attribute.schema.type, [&]<class Number>(Number) {
-      for (std::size_t at = 0; at < attribute.records.size() / bytes; ++at)
-        count +=
-            std::isfinite(static_cast<double>(number_of_face<Number>(attribute, at))) ? 0u : 1u;
-    });
-    if (count > 0)
-      warnings.push_back(
-          fmt::format("{} {} of the scan {} a value of '{}' that is infinite or no number: base "
-                      "faces there get such values too",
-                      count, count == 1 ? "face" : "faces", count == 1 ? "has" : "have",
-                      attribute.schema.name));
-  }
-}
 
 std::vector<BaseFaceAttribute> ScanFaceAttributes::of_base_faces(
     const Surface& scan, const TriangleTree& tree, const SampledSurface& surface,

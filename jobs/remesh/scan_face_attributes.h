@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,10 +21,6 @@ struct BaseFaceAttribute {
   MeshAttribute numbers;          ///< of the faces of the base mesh
   std::uint64_t mixed_faces = 0;  ///< of the base mesh: their scan has other numbers there too
 };
-
-/// Adds a line to `warnings` for each attribute that has numbers which are infinite or none.
-void warn_of_numbers_not_finite(std::span<const MeshAttribute> of_faces,
-                                std::vector<std::string>& warnings);
 
 /// How the number of a base face follows from the scan: each small face of the finest level counts
 /// as much as its area, and has the number of the scan's face that is nearest to its middle.
