@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # One full report: all backends and `auto` on five kinds of disk, at two sizes beside the memory, with the
-# default options: blocks of 1 MiB, the presets fast and default, as many threads as processors. Makes the disks
+# default options: the presets fast and default, as many threads as processors. Makes the disks
 # (bench/instrument/disktypes.sh), measures (plait bench run) and writes the report (plait bench report).
 #
 #   sudo bench/runs/all_disks.sh [OPTION...] [DIRECTORY]      default: report
