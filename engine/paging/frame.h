@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <memory>
 #include <span>
 
 #include "paging/io_queue.h"
@@ -23,6 +24,14 @@ using ListLink =
     boost::intrusive::list_member_hook<boost::intrusive::link_mode<boost::intrusive::auto_unlink>>;
 using OrderLink =
     boost::intrusive::set_member_hook<boost::intrusive::link_mode<boost::intrusive::auto_unlink>>;
+
+struct Frame;
+
+/// The blocks that a transfer of another block needs.
+struct FrameContext {
+  std::array<Frame*, kMostContextBlocks> blocks{};  ///< pinned until the block is read or written
+  std::array<std::span<const std::byte>, kMostContextBlocks> bytes;  ///< for Transfer::context
+};
 
 struct Frame {
   /// plait/extend/pager.h has a diagram. FrameTable::find() finds frames in all states except
@@ -54,10 +63,8 @@ struct Frame {
     EdgeId order = 0;
     std::uint64_t kept_edges = 0;     ///< how far behind `order` a window keeps the block
     SessionState* session = nullptr;  ///< the last one that used it, if that is still open
-    std::array<Frame*, kMostContextBlocks>
-        context{};  ///< pinned until this block is read or written
-    std::size_t context_count = 0;
-    std::exception_ptr read_error;  ///< for the call that asked for the read
+    std::size_t context_count = 0;    ///< blocks of Frame::context
+    std::exception_ptr read_error;    ///< for the call that asked for the read
     std::chrono::steady_clock::time_point read_began;
   };
 
@@ -68,8 +75,8 @@ struct Frame {
   alignas(64) Content content;
   std::uint32_t index = 0;
   QueuedTransfer transfer;
-  std::array<std::span<const std::byte>, kMostContextBlocks>
-      context_bytes;   ///< for Transfer::context
+  /// Of 1.5 KiB. Frames have it if a level needs it, because frames of small blocks are many.
+  std::unique_ptr<FrameContext> context;
   ListLink in_list;    ///< of vacant frames; of a clock; or of frames that ended sessions left
   OrderLink in_order;  ///< of WindowEviction, or of prefetched frames
   ListLink to_write;   ///< of dirty frames whose write is queued

@@ -13,12 +13,13 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::size_t kMostSlabBytes = std::size_t{8} << 20;
-constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{16} << 10;
+constexpr std::size_t kMostPlainSlabBytes = std::size_t{1} << 20;
 constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the budget must have room
 /// A slab is mapped to the end of a huge page if that wastes at most one byte in this number.
 constexpr std::size_t kBytesOfWaste = 128;
-/// Each bare frame may be a mapping of its own, and Linux allows a process 65,530 of them.
-constexpr std::size_t kMostFramesOfSlabs = 32768;
+/// Each bare frame of a slab of huge pages may be a mapping of its own, and Linux allows a process
+/// 65,530 of them.
+constexpr std::size_t kMostFramesInHugePages = 32768;
 // The address sanitizer would not see accesses beyond a frame.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kHasSlabs = false;
@@ -28,26 +29,30 @@ constexpr bool kHasSlabs = !__has_feature(address_sanitizer);
 constexpr bool kHasSlabs = true;
 #endif
 
-struct SlabShape {
-  std::size_t frames = 0;
-  std::size_t bytes = 0;        ///< mapped
-  std::size_t other_bytes = 0;  ///< in pages that are not huge, or of no frame
-};
+std::byte* map_memory(std::size_t bytes) {
+  void* const mapped =
+      ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  return mapped == MAP_FAILED ? nullptr : static_cast<std::byte*>(mapped);
+}
 
-/// The slab of at most `most_bytes` that has the fewest other bytes for each frame. No frame if
-/// none has a huge page.
-SlabShape slab_shape(std::size_t frame_bytes, std::size_t most_bytes) {
-  SlabShape best;
-  for (std::size_t frames = 1; frames * frame_bytes <= most_bytes; ++frames) {
-    const std::size_t bytes = frames * frame_bytes;
-    SlabShape shape{frames, bytes, bytes % kHugePage};
-    const std::size_t missing = (kHugePage - shape.other_bytes) % kHugePage;
-    if (missing <= bytes / kBytesOfWaste) shape = {frames, bytes + missing, missing};
-    if (shape.bytes >= kHugePage &&
-        shape.other_bytes * best.frames <= best.other_bytes * shape.frames)
-      best = shape;
-  }
-  return best;
+/// Memory that begins at a huge page, or nullptr.
+std::byte* map_huge_pages(std::size_t bytes) {
+  std::byte* const mapped = map_memory(bytes + kHugePage);
+  if (!mapped) return nullptr;
+  // What is beside the slab must go: the system could make it part of a huge page.
+  const std::size_t ahead = -reinterpret_cast<std::uintptr_t>(mapped) % kHugePage;
+  std::byte* const memory = mapped + ahead;
+  if (ahead > 0) ::munmap(mapped, ahead);
+  ::munmap(memory + bytes, kHugePage - ahead);
+  ::madvise(memory, bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
+  return memory;
+}
+
+/// Memory of which each page can be given back by itself, or nullptr.
+std::byte* map_plain_pages(std::size_t bytes) {
+  std::byte* const memory = map_memory(bytes);
+  if (memory) ::madvise(memory, bytes, MADV_NOHUGEPAGE);
+  return memory;
 }
 
 }  // namespace
@@ -65,36 +70,49 @@ void FramePool::release() noexcept {
   }
   for (const Slab& slab : slabs_) ::munmap(slab.memory, slab.bytes);
   slabs_.clear();
-  frames_of_slabs_ = 0;
+  frames_in_huge_pages_ = 0;
   idle_bytes_ = 0;
 }
 
+FramePool::SlabShape FramePool::huge_slab(std::uint64_t frame_bytes, std::uint64_t most_bytes) {
+  SlabShape best;
+  for (std::size_t frames = 1; frames * frame_bytes <= most_bytes; ++frames) {
+    const std::size_t bytes = frames * frame_bytes;
+    SlabShape shape{frames, bytes, bytes % kHugePage};
+    const std::size_t missing = (kHugePage - shape.other_bytes) % kHugePage;
+    if (missing <= bytes / kBytesOfWaste) shape = {frames, bytes + missing, missing};
+    if (shape.bytes >= kHugePage &&
+        shape.other_bytes * best.frames <= best.other_bytes * shape.frames)
+      best = shape;
+  }
+  return best;
+}
+
 std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
-  if (!kHasSlabs || bytes < kLeastFrameOfSlab || bytes > kMostSlabBytes) return nullptr;
-  const auto [frames, slab_bytes, other_bytes] =
-      slab_shape(bytes, std::min<std::uint64_t>(kMostSlabBytes, budget_bytes() / kLeastSlabs));
-  if (frames == 0 || used_bytes_ + frames * bytes > budget_bytes() ||
-      frames_of_slabs_ + frames > kMostFramesOfSlabs)
-    return nullptr;
-  size.fresh.reserve(frames);
-  size.bare.reserve(size.in_slabs + frames);
+  if (!kHasSlabs || bytes > kMostSlabBytes) return nullptr;
+  const std::size_t part = budget_bytes() / kLeastSlabs;
+  const SlabShape huge = huge_slab(bytes, std::min(kMostSlabBytes, part));
+  if (huge.frames > 0 && frames_in_huge_pages_ + huge.frames <= kMostFramesInHugePages)
+    if (std::byte* const memory = map_slab(size, bytes, huge, true)) return memory;
+  const std::size_t frames = std::min(kMostPlainSlabBytes, part) / bytes;
+  return frames < 2 ? nullptr : map_slab(size, bytes, {frames, frames * bytes, 0}, false);
+}
+
+std::byte* FramePool::map_slab(Size& size, std::uint64_t bytes, const SlabShape& shape,
+                               bool is_huge) {
+  if (used_bytes_ + shape.frames * bytes > budget_bytes()) return nullptr;
+  size.fresh.reserve(shape.frames);
+  size.bare.reserve(size.in_slabs + shape.frames);
   slabs_.reserve(slabs_.size() + 1);
-  make_room(frames * bytes);
-  void* const mapped = ::mmap(nullptr, slab_bytes + kHugePage, PROT_READ | PROT_WRITE,
-                              MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (mapped == MAP_FAILED) return nullptr;
-  // What is beside the slab must go: the system could make it part of a huge page.
-  const std::size_t ahead = -reinterpret_cast<std::uintptr_t>(mapped) % kHugePage;
-  std::byte* const memory = static_cast<std::byte*>(mapped) + ahead;
-  if (ahead > 0) ::munmap(mapped, ahead);
-  ::munmap(memory + slab_bytes, kHugePage - ahead);
-  ::madvise(memory, slab_bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
+  make_room(shape.frames * bytes);
+  std::byte* const memory = is_huge ? map_huge_pages(shape.bytes) : map_plain_pages(shape.bytes);
+  if (!memory) return nullptr;
   slabs_.insert(std::ranges::upper_bound(slabs_, memory, {}, &Slab::memory),
-                Slab{memory, slab_bytes, frames, 0});
-  size.in_slabs += frames;
-  frames_of_slabs_ += frames;
-  for (std::size_t frame = frames; frame-- > 1;) size.fresh.push_back(memory + frame * bytes);
-  idle_bytes_ += (frames - 1) * bytes;
+                Slab{memory, shape.bytes, shape.frames, 0, is_huge});
+  size.in_slabs += shape.frames;
+  if (is_huge) frames_in_huge_pages_ += shape.frames;
+  for (std::size_t frame = shape.frames; frame-- > 1;) size.fresh.push_back(memory + frame * bytes);
+  idle_bytes_ += (shape.frames - 1) * bytes;
   return memory;
 }
 
@@ -114,15 +132,14 @@ void FramePool::free_idle(Size& size, std::byte* memory, std::uint64_t bytes) no
       return frame >= slab->memory && frame < slab->memory + slab->bytes;
     });
     size.in_slabs -= slab->frames;
-    frames_of_slabs_ -= slab->frames;
+    if (slab->is_huge) frames_in_huge_pages_ -= slab->frames;
     ::munmap(slab->memory, slab->bytes);
     slabs_.erase(slab);
     return;
   }
-  // Without the second advice, the system could make the pages of a neighbour huge, over this
-  // frame.
   ::madvise(memory, bytes, MADV_DONTNEED);
-  ::madvise(memory, bytes, MADV_NOHUGEPAGE);
+  // Else the system could make the pages of a neighbour huge, over this frame.
+  if (slab->is_huge) ::madvise(memory, bytes, MADV_NOHUGEPAGE);
 }
 
 std::byte* FramePool::take_bare(Size& size) noexcept {

@@ -3,13 +3,14 @@
 // disk transfer into it. So the pool keeps the pages of a frame, and the first thread that fills a
 // frame touches its pages, without the pager's lock.
 //
-// Large frames come from slabs of huge pages, where the budget has room for many slabs: copies from
+// Frames come from slabs, because each allocation of its own takes up to 4 KiB more, for which no
+// budget counts. Slabs have huge pages where the budget has room for many of them: copies from
 // pages of 4 KiB take up to twice the time, because a processor knows the addresses of few of them.
-// A slab may map a little more than its frames, so that its last page is huge too. This rest, at
-// most one byte of 128, does not count in the budget.
-// An idle frame of a slab gives its pages back where another size needs the memory. It is then
-// bare. A slab whose frames are all bare is unmapped. (Of a huge page that other frames still use,
-// Linux takes back a part not at once, but before it runs out of memory.)
+// A slab of huge pages may map a little more than its frames, so that its last page is huge too.
+// This rest, at most one byte of 128, does not count in the budget. An idle frame of a slab gives
+// its pages back where another size needs the memory. It is then bare. A slab whose frames are all
+// bare is unmapped. (Of a huge page that other frames still use, Linux takes back a part not at
+// once, but before it runs out of memory.)
 #pragma once
 
 #include <algorithm>
@@ -83,6 +84,12 @@ class FramePool {
   struct Slab {
     std::byte* memory;
     std::size_t bytes, frames, bare_frames;
+    bool is_huge;
+  };
+  struct SlabShape {
+    std::size_t frames = 0;
+    std::size_t bytes = 0;        ///< mapped
+    std::size_t other_bytes = 0;  ///< in pages that are not huge, or of no frame
   };
 
   bool may_use(std::uint64_t bytes) const { return used_bytes_ + bytes <= budget_bytes(); }
@@ -92,6 +99,11 @@ class FramePool {
   /// Maps a slab and returns its first frame, or nullptr if frames of this size are better taken
   /// one by one.
   std::byte* take_slab(Size& size, std::uint64_t bytes);
+  /// The same for this slab. nullptr also if the budget has no room for it.
+  std::byte* map_slab(Size& size, std::uint64_t bytes, const SlabShape& shape, bool is_huge);
+  /// The slab of huge pages of at most `most_bytes` that has the fewest other bytes for each frame.
+  /// No frame if none has a huge page.
+  static SlabShape huge_slab(std::uint64_t frame_bytes, std::uint64_t most_bytes);
   /// The slab that has this frame, or slabs_.end().
   std::vector<Slab>::iterator slab_of(const std::byte* memory) noexcept;
   /// Gives the pages of an idle frame back to the system.
@@ -102,7 +114,7 @@ class FramePool {
   std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
   std::map<std::uint64_t, Size> sizes_;  ///< those that were prepared
   std::vector<Slab> slabs_;              ///< by address
-  std::size_t frames_of_slabs_ = 0;
+  std::size_t frames_in_huge_pages_ = 0;
 };
 
 PLAIT_END_NAMESPACE

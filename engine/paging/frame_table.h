@@ -65,11 +65,13 @@ class FrameTable {
     std::unique_ptr<std::atomic<Frame*>[]> frames;  ///< [block] or nullptr
   };
   std::uint64_t most_frames(const LevelFile& added) const noexcept;
+  void add_frames(std::uint64_t most);
   void forget_block(const Frame& frame) noexcept;
 
   FramePool pool_;
   std::deque<Frame> frames_;
   FrameList vacant_;
+  bool frames_have_context_ = false;
   std::vector<LevelFrames> slots_;  ///< [pager slot]
 };
 

@@ -129,7 +129,7 @@ void Pager::Implementation::drop(Frame& frame) noexcept {
 
 void Pager::Implementation::drop_context(Frame& frame) noexcept {
   for (std::size_t i = 0; i < frame.content.context_count; ++i)
-    remove_pin(*frame.content.context[i]);
+    remove_pin(*frame.context->blocks[i]);
   frame.content.context_count = 0;
 }
 

@@ -171,7 +171,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     return table_.find(level, block) != nullptr;
   }
   frame->content.order = order;
-  frame->content.context = context;
+  std::copy_n(context.begin(), context_count, frame->context->blocks.begin());
   frame->content.context_count = context_count;
   TransferRun run;
   add_read_ahead(run, session, *frame);

@@ -211,12 +211,17 @@ void Pager::Implementation::PinCall::add_writer(std::size_t at) noexcept {
     std::memset(content.memory, 0xcd, content.block_bytes);
 #endif
   pager_.add_writer(*entry.frame);
-  if (content.context_count > 0) return;
+  if (content.context_count == 0) pin_context(entry);
+}
+
+void Pager::Implementation::PinCall::pin_context(const PinBatch::WantedBlock& entry) noexcept {
+  Frame& frame = *entry.frame;
   for (std::size_t i = 0; i < entry.context_count; ++i) {
-    content.context[i] = batch_[entry.context + i].frame;
-    content.context[i]->pins.add(false);
+    Frame* const other = batch_[entry.context + i].frame;
+    other->pins.add(false);
+    frame.context->blocks[i] = other;
   }
-  content.context_count = entry.context_count;
+  frame.content.context_count = entry.context_count;
 }
 
 void Pager::Implementation::PinCall::free_frames() noexcept {

@@ -51,6 +51,8 @@ class Pager::Implementation::PinCall {
   bool fix_context();
   void fix_context_of(std::size_t at);
   void add_writer(std::size_t at) noexcept;
+  /// Pins the context of an entry of the batch for the entry's frame.
+  void pin_context(const PinBatch::WantedBlock& entry) noexcept;
   /// Frees the frames that the batch has taken.
   void free_frames() noexcept;
 

@@ -167,12 +167,7 @@ Frame* Pager::Implementation::PinCall::absent_context(const PinBatch::WantedBloc
 
 void Pager::Implementation::PinCall::begin_read_with_context(
     const PinBatch::WantedBlock& entry) noexcept {
-  Frame::Content& content = entry.frame->content;
-  for (std::size_t i = 0; i < entry.context_count; ++i) {
-    content.context[i] = batch_[entry.context + i].frame;
-    content.context[i]->pins.add(false);
-  }
-  content.context_count = entry.context_count;
+  pin_context(entry);
   pager_.transfers_.begin_read(*entry.frame);
 }
 

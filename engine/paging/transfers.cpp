@@ -9,10 +9,12 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void Transfers::begin(Frame& frame, Direction direction) noexcept {
-  const Frame::Content& content = frame.content;
-  for (std::size_t i = 0; i < content.context_count; ++i)
-    frame.context_bytes[i] = content.context[i]->transfer.memory;
-  frame.transfer.context = {frame.context_bytes.data(), content.context_count};
+  frame.transfer.context = {};
+  if (const std::size_t count = frame.content.context_count; count > 0) {
+    for (std::size_t i = 0; i < count; ++i)
+      frame.context->bytes[i] = frame.context->blocks[i]->transfer.memory;
+    frame.transfer.context = std::span(frame.context->bytes).first(count);
+  }
   frame.transfer.direction = direction;
   in_flight(direction) += weight(frame);
   frame.transfer.listener = &listener_;

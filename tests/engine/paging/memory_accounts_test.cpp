@@ -77,7 +77,8 @@ TEST_CASE("FramePool_FramesOfSlabs_AreApartAndMakeRoomForThoseOfAnotherSize") {
   };
   // Two frames of the second budget's first size fill a huge page but for two pages.
   const Sizes of = GENERATE(Sizes{160 << 20, 768 << 10, (300 << 10) & ~4095u},
-                            Sizes{34 << 20, 1020 << 10, (300 << 10) & ~4095u});
+                            Sizes{34 << 20, 1020 << 10, (300 << 10) & ~4095u},
+                            Sizes{64 << 20, 4 << 10, 12 << 10}, Sizes{16 << 20, 4 << 10, 12 << 10});
   FramePool pool(of.budget);
   pool.prepare(of.one);
   pool.prepare(of.other);
@@ -118,7 +119,7 @@ TEST_CASE("FramePool_FramesOfSlabs_AreApartAndMakeRoomForThoseOfAnotherSize") {
 
 TEST_CASE("FramePool_FramesInAnyOrder_KeepTheirBytesWithinTheBudget") {
   constexpr std::uint64_t kBudget = 160 << 20;
-  constexpr std::uint64_t kSizes[] = {64 << 10, 300 << 10, 512 << 10, 5 << 20};
+  constexpr std::uint64_t kSizes[] = {4 << 10, 64 << 10, 300 << 10, 512 << 10, 5 << 20};
   FramePool pool(kBudget);
   for (const std::uint64_t bytes : kSizes) pool.prepare(bytes);
   std::mt19937 random(28);

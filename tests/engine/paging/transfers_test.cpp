@@ -135,7 +135,8 @@ TEST_CASE("TransfersContext_HeldBlocks_TravelWithTheTransfer") {
   TransfersFixture f;
   std::vector<std::byte> bytes(8, std::byte{7});
   f.frames[0].transfer.memory = bytes;
-  f.frames[1].content.context[0] = &f.frames[0];
+  f.frames[1].context = std::make_unique<FrameContext>();
+  f.frames[1].context->blocks[0] = &f.frames[0];
   f.frames[1].content.context_count = 1;
   f.transfers.begin_read(f.frames[1]);
   f.transfers.start(f.lock, f.frames[1]);
