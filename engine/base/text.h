@@ -77,7 +77,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 // Texts of people: which bytes are well-formed UTF-8.
 
 /// Whether `text` is well-formed UTF-8 and has no control character but tab and line feed. Source:
-/// The Unicode Standard, version 15.0 (2022), table 3-7. Pinned by tests/engine/base/utf8_test.cpp.
+/// The Unicode Standard, version 15.0 (2022), table 3-7. Pinned by tests/engine/base/text_test.cpp.
 bool is_utf8_text(std::string_view text) noexcept;
 
 PLAIT_END_NAMESPACE

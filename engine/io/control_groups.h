@@ -27,7 +27,7 @@ std::vector<ControlGroup> control_groups(std::string_view controller,
 
 /// The processors that this process may use: those of the calling thread's affinity, at most as
 /// many as the quotas of its cgroups last for, rounded up, and as SLURM_CPUS_PER_TASK says. 1 to
-/// 1024. Pinned by tests/engine/io/control_groups_test.cpp.
+/// 1024. Pinned by tests/engine/io/machine_test.cpp.
 int usable_processors(const ControlGroupFiles& files = {});
 
 PLAIT_END_NAMESPACE

@@ -12,7 +12,7 @@ constexpr int kHilbertBits = 21;  ///< per axis: a key has 63 bits
 /// The cells of two consecutive keys share a side. Only the low kHilbertBits bits of each
 /// coordinate count.
 /// Source: J. Skilling, "Programming the Hilbert curve", AIP Conference Proceedings 707 (2004).
-/// Pinned by tests/engine/layout/hilbert_test.cpp.
+/// Pinned by tests/engine/layout/face_order_test.cpp.
 std::uint64_t hilbert_key(std::array<std::uint32_t, 3> cell) noexcept;
 
 }  // namespace plait::layout

@@ -22,6 +22,7 @@
 #include "support/answering_operations.h"
 #include "support/before_operation.h"
 #include "support/error_of.h"
+#include "support/file_bytes.h"
 #include "support/killing_operations.h"
 #include "support/temporary_directory.h"
 
@@ -29,11 +30,6 @@ namespace plait::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 void make_file(const fs::path& path, const std::string& content, Existing existing) {
   UnpublishedFile output(path, existing);
@@ -106,9 +102,9 @@ TEST_CASE("LeftOver_WithoutAProofThatPlaitMadeIt_IsNone") {
   CHECK(find_left_overs(Directory(here.path())).empty());
   for (const std::string& name : before)
     if (fs::is_directory(here.path() / name)) {
-      LeftOver forced;
-      forced.name = name;
-      CHECK_FALSE(remove_left_over(Directory(here.path()), forced));
+      LeftOver named;
+      named.name = name;
+      CHECK_FALSE(remove_left_over(Directory(here.path()), named));
       CHECK(names_in(here.path() / name).size() == 1);
     }
   CHECK(names_in(here.path()) == before);

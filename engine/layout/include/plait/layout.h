@@ -44,7 +44,7 @@ struct LayoutSpans {
   StencilSpan loop;  ///< an edge and the other edges of its two faces: five edges, three on borders
 };
 /// Measures the spans in the order that the mesh has now. O(F). Pinned by
-/// tests/engine/layout/spans_test.cpp.
+/// tests/engine/layout/lay_out_test.cpp.
 LayoutSpans measure_spans(const BaseMesh& mesh);
 
 /// Bytes of the window that the paper's circular buffer needs to sweep levels 1 to `level` of one

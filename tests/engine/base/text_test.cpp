@@ -1,9 +1,9 @@
 // is_utf8_text(): all code points and all malformed sequences of the standard's table.
+#include "base/text.h"
+
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <string>
-
-#include "base/text.h"
 
 namespace plait::test {
 namespace {
@@ -38,6 +38,27 @@ TEST_CASE("Utf8Text_MalformedSequences_AreNone") {
     CHECK_FALSE(is_utf8_text(text));
   CHECK(is_utf8_text(""));
   CHECK_FALSE(is_utf8_text(std::string_view("a\0b", 3)));
+}
+
+namespace {
+
+enum class Fruit { kApple, kPear, kUnnamed };
+constexpr NameTable<Fruit, 2> kFruits("fruit", {{Fruit::kApple, "apple"}, {Fruit::kPear, "pear"}});
+
+}  // namespace
+
+TEST_CASE("NameTable_EveryName_IsThatOfItsValue") {
+  CHECK(kFruits.find("pear") == Fruit::kPear);
+  CHECK(kFruits.name_of(Fruit::kApple) == "apple");
+  CHECK(kFruits.name_of(Fruit::kUnnamed) == "unknown");
+  CHECK(kFruits.names() == "apple, pear");
+}
+
+TEST_CASE("NameTable_OtherNames_AreRefusedWithTheKnownOnes") {
+  CHECK_THROWS_WITH(kFruits.find("plum"), "unknown fruit 'plum', expected apple, pear");
+  CHECK_THROWS_WITH(kFruits.find(""), "unknown fruit '', expected apple, pear");
+  CHECK_THROWS_WITH(kFruits.find(std::string(5000, 'x')),
+                    "unknown fruit '" + std::string(100, 'x') + "', expected apple, pear");
 }
 
 }  // namespace plait::test
