@@ -7,7 +7,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// q(p) = p A p - 2 b p + c, with A symmetric. Pinned by tests/scans/quadric_test.cpp.
+/// q(p) = p A p - 2 b p + c, with A symmetric. Pinned by tests/scans/collapse_history_test.cpp.
 struct Quadric {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   Point b{0, 0, 0};

@@ -24,7 +24,7 @@ struct ClosestPoint {
 /// 2005, 5.1.5).
 Point closest_of_triangle(Point p, Point a, Point b, Point c);
 
-/// Threads: any number may search at once. Pinned by tests/scans/closest_point_test.cpp, by brute
+/// Threads: any number may search at once. Pinned by tests/scans/distances_test.cpp, by brute
 /// force.
 class TriangleTree {
  public:

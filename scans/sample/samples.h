@@ -18,7 +18,7 @@ PLAIT_BEGIN_NAMESPACE
 
 /// The numbers of the vertices of a base mesh at one level: those of VertexNumbering, by the grid
 /// of the finest level. A vertex has one number, whatever the face that names it. Pinned by
-/// tests/scans/samples_test.cpp.
+/// tests/scans/sample_ring_test.cpp.
 class SampleNumbers {
  public:
   /// `base` must outlive this object.
