@@ -1,7 +1,7 @@
 // backends/compressed/codecs/packed_groups.h: groups of 16 words of 32 bits, each group in as many
 // bits a word as its largest word needs. docs/filters/bitpack.md has the bytes. Each call uses the
 // best instruction set of the processor; all sets give the same bytes. Pinned by
-// tests/backends/compressed/codecs/packed_groups_test.cpp for every instruction set.
+// tests/backends/compressed/codecs/codec_test.cpp for every instruction set.
 #pragma once
 
 #include <cstddef>

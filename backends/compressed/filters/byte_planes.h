@@ -1,6 +1,6 @@
 // backends/compressed/filters/byte_planes.h: the loops of the filter `shuffle`. Each call uses the
 // best instruction set of the processor. All sets write the same bytes. Pinned by
-// tests/backends/compressed/filters/byte_planes_test.cpp.
+// tests/backends/compressed/filters/single_numbers_test.cpp.
 #pragma once
 
 #include <cstddef>

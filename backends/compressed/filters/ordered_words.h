@@ -3,7 +3,7 @@
 // bijections of words, so a filter that is made of them is exact for every bit pattern: NaNs with
 // their payloads, infinities and -0 too. Word is std::uint32_t or std::uint64_t, and kBits its
 // bits. docs/filters/columns.md has the formulas. Pinned by
-// tests/backends/compressed/filters/ordered_words_test.cpp.
+// tests/backends/compressed/filters/single_numbers_test.cpp.
 #pragma once
 
 #include <cstdint>

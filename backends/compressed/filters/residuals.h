@@ -7,7 +7,7 @@
 // 1, 2, 3. A prediction that is not a number counts as 0, because processors disagree about the
 // bits of a computed NaN.
 //
-// Pinned by tests/backends/compressed/filters/residuals_test.cpp.
+// Pinned by tests/backends/compressed/filters/single_numbers_test.cpp.
 #pragma once
 
 #include <bit>

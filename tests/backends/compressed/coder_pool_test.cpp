@@ -35,9 +35,7 @@ std::int64_t bytes_in_use() {
 }
 
 Filters filters_of(const std::string& pipeline, ComponentType type = ComponentType::kFloat32) {
-  FilterLevel level;
-  level.schema.type = type;
-  return default_pipelines().open(pipeline, level).filters;
+  return default_pipelines().open(pipeline, {.schema = {.type = type}}).filters;
 }
 
 /// Every thread codes blocks of several sizes; false if one did not come back as it was.
@@ -204,10 +202,8 @@ TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowe
 
 TEST_CASE("Store_OfCompressedBlocks_SetsTheCodersMemoryAsideAndHasThreeQuartersForFrames") {
   const TemporaryDirectory place;
-  StoreOptions options;
-  options.backend = "compressed";
-  options.pipeline = "shuffle,zstd:1";
-  options.block_bytes = kBlockBytes;
+  StoreOptions options{
+      .backend = "compressed", .pipeline = "shuffle,zstd:1", .block_bytes = kBlockBytes};
   for (const std::uint64_t budget : {std::uint64_t{1} << 20, std::uint64_t{64} << 20}) {
     options.budget_bytes = budget;
     Store store = Store::create(place.path() / std::to_string(budget),

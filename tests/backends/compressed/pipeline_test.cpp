@@ -74,9 +74,7 @@ TEST_CASE("Pipeline_WellFormedText_HasItsFiltersInOrder") {
                {"shuffle+none+shuffle,zstd:-5", ComponentType::kInt64, 2}};
   for (const auto& [text, type, filters] : cases) {
     CAPTURE(text);
-    FilterLevel level;
-    level.schema.type = type;
-    const OpenPipeline made = default_pipelines().open(text, level);
+    const OpenPipeline made = default_pipelines().open(text, {.schema = {.type = type}});
     CHECK(made.codec != nullptr);
     CHECK(made.filters.size() == filters);
   }
@@ -137,9 +135,7 @@ TEST_CASE("PipelineRegistry_EntriesThatCannotBe_AreRefused") {
 TEST_CASE("Store_OfAProgramsOwnFilter_IsReadByThoseWhoHaveIt") {
   const TemporaryDirectory place;
   const BackendRegistry backends = default_backends(with_complement());
-  StoreOptions options;
-  options.backend = "compressed";
-  options.pipeline = "x-flip+shuffle,zstd:1";
+  const StoreOptions options{.backend = "compressed", .pipeline = "x-flip+shuffle,zstd:1"};
   encoded_blocks = decoded_blocks = 0;
   Digest written;
   {
@@ -267,9 +263,8 @@ TEST_CASE("Compression_LevelsThatCannotBe_AreRefusedInWords") {
 
 TEST_CASE("Store_PipelinesOfLevels_AreThoseOfTheirRanges") {
   const TemporaryDirectory place;
-  StoreOptions options;
-  options.backend = "compressed";
-  options.pipeline = "shuffle,zstd:1;@1-2=lz4;@4-=none";
+  const StoreOptions options{.backend = "compressed",
+                             .pipeline = "shuffle,zstd:1;@1-2=lz4;@4-=none"};
   const auto path = place.path() / "s.plait";
   {
     Store store = Store::create(path, BaseMesh::build(icosahedron()), options, default_backends());
@@ -309,11 +304,9 @@ TEST_CASE("Recode_WithVerify_DecodesTheNewLevelsBeforeTheOldOnesGo") {
                                    return std::make_unique<ForgetfulFilter>();
                                  }});
   const TemporaryDirectory place;
-  StoreOptions options;
-  options.backend = "compressed";
-  options.io_threads = 0;
-  Store store = Store::create(place.path() / "s.plait", BaseMesh::build(icosahedron()), options,
-                              default_backends(pipelines));
+  Store store =
+      Store::create(place.path() / "s.plait", BaseMesh::build(icosahedron()),
+                    {.backend = "compressed", .io_threads = 0}, default_backends(pipelines));
   store.add_attribute(AttributeSchema{"a", ComponentType::kFloat32, 3}, 2);
   for (const int level : {1, 2}) {
     LevelFile& file = StoreAccess::level_file(store, 0, level);
@@ -321,8 +314,7 @@ TEST_CASE("Recode_WithVerify_DecodesTheNewLevelsBeforeTheOldOnesGo") {
   }
   store.commit();
   const Digest before = digest(store, {});
-  RecodeOptions verified;
-  verified.verify = true;
+  RecodeOptions verified{.verify = true};
   std::uint64_t done = 0, total = 0;
   verified.progress = [&](const Progress& now) {
     done = now.done, total = now.total;

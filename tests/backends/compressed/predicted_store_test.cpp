@@ -27,13 +27,11 @@ constexpr const char* kPredicted = "hierarchy+shuffle,zstd:1";
 constexpr int kFinest = 4;
 
 StoreOptions options_with(const char* pipeline) {
-  StoreOptions options;
-  options.backend = "compressed";
-  options.pipeline = pipeline;
-  options.block_bytes = 4096;
-  options.durability = Durability::kNone;
-  options.budget_bytes = 1 << 20;
-  return options;
+  return {.backend = "compressed",
+          .pipeline = pipeline,
+          .durability = Durability::kNone,
+          .block_bytes = 4096,
+          .budget_bytes = 1 << 20};
 }
 
 /// A store of positions, with the pipeline and no level yet.
@@ -63,9 +61,7 @@ struct PredictedSurface {
     }
   }
   Store reopened(bool writable) {
-    OpenOptions open;
-    open.writable = writable;
-    open.durability = Durability::kNone;
+    const OpenOptions open{.writable = writable, .durability = Durability::kNone};
     return Store::open(path, open, default_backends());
   }
 
@@ -110,22 +106,17 @@ TEST_CASE("PredictedStore_Digest_DecodesEachBlockOnce_AndIsTheSumOfTheLevelsUnde
   surface.store.commit();
   unsigned __int128 expected = 0;
   for (int level = 0; level <= kFinest; ++level) {
-    DigestOptions options;
-    options.level = level;
-    const Digest one = digest(surface.store, options);
+    const Digest one = digest(surface.store, {.level = level});
     expected += (static_cast<unsigned __int128>(one.high) << 64) + one.low;
   }
   surface.store.close();
   int fitted = 0, refused = 0;
   for (std::uint64_t budget = 1 << 20; budget >= 1 << 16; budget = budget * 3 / 4) {
     CAPTURE(budget);
-    OpenOptions open;
-    open.budget_bytes = budget;
+    const OpenOptions open{.budget_bytes = budget};
     Store store = Store::open(surface.path, open, default_backends());
     try {
-      DigestOptions options;
-      options.threads = 2;
-      const Digest found = digest(store, options);
+      const Digest found = digest(store, {.threads = 2});
       CHECK(((static_cast<unsigned __int128>(found.high) << 64) + found.low == expected));
       if (fitted++ > 0) continue;
       std::uint64_t blocks = 0;
@@ -226,11 +217,7 @@ TEST_CASE("PredictedStore_NormalsOfTheLibrarysRule_TakeNextToNothingOnTheFinestL
         Store store = Store::create(directory.path() / "s.plait", BaseMesh::build(mesh), options,
                                     default_backends());
         add_base_positions(store, precise ? ComponentType::kFloat64 : ComponentType::kFloat32);
-        SubdivideOptions subdivision;
-        subdivision.levels = kFinest;
-        subdivision.normals = true;
-        subdivision.executor = executor;
-        subdivide(store, subdivision);
+        subdivide(store, {.executor = executor, .levels = kFinest, .normals = true});
         store.commit();
         const std::string expected = digest(store).to_string();
         recode_attribute(store, store.attribute("position"), kPredicted);
@@ -354,10 +341,8 @@ TEST_CASE("PredictedStore_CommitInThePauseOfALongerWork_IsRefusedInsteadOfLeavin
   PredictedSurface surface;
   Store& store = surface.store;
   store.commit();
-  SubdivideOptions options;
-  options.levels = 2;
-  options.executor = ExecutorKind::kSweep;
-  options.level_done = [&](int) { store.commit(); };
+  SubdivideOptions options{
+      .executor = ExecutorKind::kSweep, .levels = 2, .level_done = [&](int) { store.commit(); }};
   CHECK(code_of([&] { subdivide(store, options); }) == ErrorCode::kBadState);
   store.roll_back();
   options.level_done = {};
@@ -376,9 +361,7 @@ TEST_CASE("PredictedStore_LittleMemory_IsCopiedAndReadByManyThreads", "[threads]
       Store::create(directory.path() / "c.plait", plain.store.base(), options, default_backends());
   copy_levels(plain.store, copy);
   copy.commit();
-  DigestOptions threads;
-  threads.threads = 3;
-  CHECK(digest(copy, threads).to_string() == digest(plain.store).to_string());
+  CHECK(digest(copy, {.threads = 3}).to_string() == digest(plain.store).to_string());
 }
 
 }  // namespace plait::test

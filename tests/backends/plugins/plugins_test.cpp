@@ -60,11 +60,7 @@ std::string digest_with(const fs::path& path, const StoreOptions& options,
   return digest(store).to_string();
 }
 
-std::string expected_digest() {
-  StoreOptions in_memory;
-  in_memory.backend = "memory";
-  return digest_with({}, in_memory, default_backends());
-}
+std::string expected_digest() { return digest_with({}, {.backend = "memory"}, default_backends()); }
 
 Bytes bytes_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -117,9 +113,7 @@ TEST_CASE("OwnCodec_StoreOfIt_HasTheSameDigestAndNeedsThePlugin") {
   const fs::path path = here.path() / "s.plait";
   Plugins plugins;
   plugins.load(PLAIT_OWN_CODEC);
-  StoreOptions options;
-  options.backend = "compressed";
-  options.pipeline = "x-delta+shuffle,x-runs";
+  const StoreOptions options{.backend = "compressed", .pipeline = "x-delta+shuffle,x-runs"};
   CHECK(digest_with(path, options, plugins.backends()) == expected_digest());
 
   Store store = Store::open(path, {}, plugins.backends());

@@ -31,6 +31,32 @@ std::unique_ptr<Filter> hierarchy(const FilterLevel& level, const char* options 
 
 constexpr std::uint64_t kAllInOneBlock = 1 << 24;
 
+void fill_at_random(PredictedLevels<float>& levels, std::mt19937& random) {
+  std::uniform_real_distribution<float> next(-2, 2);
+  levels.fill([&] { return next(random); });
+}
+
+/// Compares the residuals of a level in one block with `expected(number found, its index,
+/// component)`. Returns how many blocks the filter needed.
+template <class Expected>
+std::size_t check_residuals(const PredictedLevels<float>& levels, int level, const char* options,
+                            const Expected& expected) {
+  const FilteredBlock made =
+      encode_and_decode(*hierarchy(levels.filter_level(level), options), levels, level, 0);
+  CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
+  const auto* const residuals = reinterpret_cast<const std::uint32_t*>(made.filtered.data());
+  std::size_t at = 0, wrong = 0;
+  levels.for_each_record(level, [&](const EdgeIndex& index) {
+    for (std::size_t k = 0; k < 3; ++k, ++at) {
+      const float found = levels.records[static_cast<std::size_t>(level - 1)][at / 3][k];
+      wrong += residuals[at] != expected(found, index, k);
+    }
+  });
+  CHECK(at * sizeof(float) == made.filtered.size());
+  CHECK(wrong == 0);
+  return made.needed_count;
+}
+
 }  // namespace
 
 TEST_CASE("Hierarchy_LevelsInOneBlock_HasTheResidualsOfTheOracle") {
@@ -38,30 +64,14 @@ TEST_CASE("Hierarchy_LevelsInOneBlock_HasTheResidualsOfTheOracle") {
     for (const char* rule : {"midpoint", "butterfly", "loop"}) {
       PredictedLevels<float> levels(BaseMesh::build(named.mesh), 4, kAllInOneBlock);
       std::mt19937 random(7);
-      std::uniform_real_distribution<float> next(-2, 2);
-      levels.fill([&] { return next(random); });
+      fill_at_random(levels, random);
       const Oracle<float> oracle(levels, rule);
       for (int level = 1; level <= 4; ++level) {
         CAPTURE(named.name, rule, level);
-        const auto filter = hierarchy(levels.filter_level(level), rule);
-        const FilteredBlock made = encode_and_decode(*filter, levels, level, 0);
-        CHECK(made.needed_count == static_cast<std::size_t>(level - 1));
-        CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
-        const auto* const residuals = reinterpret_cast<const std::uint32_t*>(made.filtered.data());
-        const std::int64_t n = slot_side(level);
-        std::size_t at = 0, wrong = 0;
-        for (EdgeId edge = 0; edge < levels.mesh.edge_count(); ++edge) {
-          const bool border = levels.mesh.edges()[edge].is_border();
-          for (std::int64_t row = 0; row < n; ++row)
-            for (std::int64_t column = 0; column < (border ? n - row : n); ++column)
-              for (std::size_t k = 0; k < 3; ++k, ++at) {
-                const float found = levels.records[static_cast<std::size_t>(level - 1)][at / 3][k];
-                const float prediction = oracle.predict({edge, level, row, column}, k);
-                if (residuals[at] != expected_residual(found, prediction)) ++wrong;
-              }
-        }
-        CHECK(at * sizeof(float) == made.filtered.size());
-        CHECK(wrong == 0);
+        CHECK(check_residuals(levels, level, rule,
+                              [&](float found, const EdgeIndex& index, std::size_t k) {
+                                return expected_residual(found, oracle.predict(index, k));
+                              }) == static_cast<std::size_t>(level - 1));
       }
     }
 }
@@ -74,8 +84,7 @@ TEST_CASE("Hierarchy_AlongNormals_HasTheResidualsOfTheOracle") {
         CAPTURE(named.name, note, level);
         PredictedLevels<float> levels(BaseMesh::build(named.mesh), level, kAllInOneBlock);
         std::mt19937 random(7);
-        std::uniform_real_distribution<float> next(-2, 2);
-        levels.fill([&] { return next(random); });
+        fill_at_random(levels, random);
         const auto filter = hierarchy(levels.filter_level(level), "along");
         FilteredBlock made = encode_and_decode(*filter, levels, level, 0);
         CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
@@ -97,18 +106,13 @@ TEST_CASE("Hierarchy_AlongNormals_HasTheResidualsOfTheOracle") {
         if (level >= 3) CHECK((again == made.filtered));
         if (level >= 3) CHECK(std::to_integer<int>(noted) == note);
         const auto* const numbers = reinterpret_cast<const float*>(made.back.data());
-        const std::int64_t n = slot_side(level);
         std::size_t at = 0, wrong = 0;
-        for (EdgeId edge = 0; edge < levels.mesh.edge_count(); ++edge)
-          for (std::int64_t row = 0; row < n; ++row) {
-            const bool border = levels.mesh.edges()[edge].is_border();
-            for (std::int64_t column = 0; column < (border ? n - row : n); ++column, at += 3) {
-              const auto predicted = oracle.predict_along(
-                  {edge, level, row, column}, {numbers[at], numbers[at + 1], numbers[at + 2]});
-              for (std::size_t k = 0; k < 3; ++k)
-                wrong += residuals[at + k] != expected_residual(numbers[at + k], predicted[k]);
-            }
-          }
+        levels.for_each_record(level, [&](const EdgeIndex& index) {
+          const auto predicted =
+              oracle.predict_along(index, {numbers[at], numbers[at + 1], numbers[at + 2]});
+          for (std::size_t k = 0; k < 3; ++k, ++at)
+            wrong += residuals[at] != expected_residual(numbers[at], predicted[k]);
+        });
         CHECK(at * sizeof(float) == made.filtered.size());
         CHECK(wrong == 0);
       }
@@ -124,28 +128,17 @@ TEST_CASE("Hierarchy_OfFacesWithDepths_HasTheResidualsOfTheOracle") {
       const BaseMesh deep = base.with_depths(random_depths(base.face_count(), random, 4));
       if (deep.depths()->deepest() == 0) continue;
       PredictedLevels<float> levels(deep, deep.depths()->deepest(), kAllInOneBlock);
-      std::uniform_real_distribution<float> next(-2, 2);
-      levels.fill([&] { return next(random); });
+      fill_at_random(levels, random);
       ++patterns;
       for (const char* rule : {"midpoint", "butterfly", "loop"}) {
         const Oracle<float> oracle(levels, rule);
         for (int level = 1; level <= deep.depths()->deepest(); ++level) {
           CAPTURE(named.name, turn, rule, level);
-          const FilteredBlock made =
-              encode_and_decode(*hierarchy(levels.filter_level(level), rule), levels, level, 0);
-          CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
-          const auto* const residuals =
-              reinterpret_cast<const std::uint32_t*>(made.filtered.data());
-          std::size_t at = 0, wrong = 0;
-          levels.for_each_record(level, [&](const EdgeIndex& index) {
-            turned += levels.is_turned(level, index.edge) ? 1u : 0u;
-            for (std::size_t k = 0; k < 3; ++k, ++at) {
-              const float found = levels.records[static_cast<std::size_t>(level - 1)][at / 3][k];
-              wrong += residuals[at] != expected_residual(found, oracle.predict(index, k));
-            }
-          });
-          CHECK(at * sizeof(float) == made.filtered.size());
-          CHECK(wrong == 0);
+          check_residuals(levels, level, rule,
+                          [&](float found, const EdgeIndex& index, std::size_t k) {
+                            turned += levels.is_turned(level, index.edge) ? 1u : 0u;
+                            return expected_residual(found, oracle.predict(index, k));
+                          });
         }
       }
     }
@@ -221,29 +214,13 @@ TEST_CASE("Hierarchy_WithAStep_HasResidualsInStepsOfTheOraclesPredictions") {
   });
   const Oracle<float> oracle(levels, "butterfly");
   for (int level = 1; level <= 4; ++level) {
-    const auto filter = hierarchy(levels.filter_level(level), "butterfly:step=3e-3");
-    const FilteredBlock made = encode_and_decode(*filter, levels, level, 0);
-    CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
-    const auto* const residuals = reinterpret_cast<const std::uint32_t*>(made.filtered.data());
-    const std::int64_t n = slot_side(level);
-    std::size_t at = 0, wrong = 0;
-    for (EdgeId edge = 0; edge < levels.mesh.edge_count(); ++edge)
-      for (std::int64_t row = 0; row < n; ++row) {
-        const bool border = levels.mesh.edges()[edge].is_border();
-        for (std::int64_t column = 0; column < (border ? n - row : n); ++column)
-          for (std::size_t k = 0; k < 3; ++k, ++at) {
-            const float found = levels.records[static_cast<std::size_t>(level - 1)][at / 3][k];
-            const auto steps = static_cast<std::int64_t>(
-                std::nearbyint(double{found} / kStep) -
-                std::nearbyint(double{oracle.predict({edge, level, row, column}, k)} *
-                               (1 / kStep)));
-            const auto expected =
-                static_cast<std::uint32_t>(steps >= 0 ? 2 * steps : -2 * steps - 1);
-            if (residuals[at] != expected) ++wrong;
-          }
-      }
-    CHECK(at * sizeof(float) == made.filtered.size());
-    CHECK(wrong == 0);
+    check_residuals(levels, level, "butterfly:step=3e-3",
+                    [&](float found, const EdgeIndex& index, std::size_t k) {
+                      const auto steps = static_cast<std::int64_t>(
+                          std::nearbyint(double{found} / kStep) -
+                          std::nearbyint(double{oracle.predict(index, k)} * (1 / kStep)));
+                      return static_cast<std::uint32_t>(steps >= 0 ? 2 * steps : -2 * steps - 1);
+                    });
   }
 }
 
@@ -372,8 +349,7 @@ TEST_CASE("Hierarchy_LevelsInManyBlocks_HasTheResidualsOfOneBlockWhereAllIsKnown
   PredictedLevels<float> whole(mesh, 4, kAllInOneBlock), divided(mesh, 4, 8192);
   for (PredictedLevels<float>* const levels : {&whole, &divided}) {
     std::mt19937 random(5);
-    std::uniform_real_distribution<float> next(-2, 2);
-    levels->fill([&] { return next(random); });
+    fill_at_random(*levels, random);
   }
   for (int level = 2; level <= 4; ++level) {
     CAPTURE(level);
@@ -503,10 +479,8 @@ TEST_CASE("Hierarchy_OtherArithmeticOfTheProgram_MakesTheSameBytes") {
 
 TEST_CASE("Hierarchy_RecordsOrOptionsThatItDoesNotTake_AreRefused") {
   const auto refusal = [](const AttributeSchema& schema, const char* options) {
-    FilterLevel level;
-    level.schema = schema;
     try {
-      hierarchy(level, options);
+      hierarchy({.schema = schema}, options);
     } catch (const Error& error) {
       return error.code();
     }

@@ -32,13 +32,11 @@ struct Surface {
     return positions.mesh.geometry(BaseRelativeLevel(level), 12, bytes);
   }
   FilterLevel filter_level(const LevelGeometry& of, int level) const {
-    FilterLevel made;
-    made.schema.name = "normal";
-    made.geometry = &of;
-    made.attribute = 1;
-    made.level = level;
-    made.surroundings = &positions.surroundings;
-    return made;
+    return {.schema = {.name = "normal"},
+            .geometry = &of,
+            .attribute = 1,
+            .level = level,
+            .surroundings = &positions.surroundings};
   }
   /// The filter's context and working memory for a block.
   FilteredBlock prepare(const Filter& filter, std::uint64_t block) const {

@@ -59,12 +59,10 @@ class PredictedLevels {
         .subspan(geometry(level).block_offset(block), geometry(level).block_bytes(block));
   }
   FilterLevel filter_level(int level) const {
-    FilterLevel made;
-    made.schema = surroundings.attributes[0].schema;
-    made.geometry = &geometry(level);
-    made.level = level;
-    made.surroundings = &surroundings;
-    return made;
+    return {.schema = surroundings.attributes[0].schema,
+            .geometry = &geometry(level),
+            .level = level,
+            .surroundings = &surroundings};
   }
   const Record& vertex(const FaceIndex& point) const {
     if (is_corner(point.level, point.i, point.j)) {

@@ -313,8 +313,8 @@ TEST_CASE("Lattice_AnyBits_ComeBack") {
       using Word = std::conditional_t<sizeof(Number) == 4, std::uint32_t, std::uint64_t>;
       numbers.push_back(std::bit_cast<Number>(static_cast<Word>(random())));
     }
-    FilterLevel level;
-    level.schema.type = sizeof(Number) == 4 ? ComponentType::kFloat32 : ComponentType::kFloat64;
+    const FilterLevel level{.schema = {.type = sizeof(Number) == 4 ? ComponentType::kFloat32
+                                                                   : ComponentType::kFloat64}};
     for (const char* step : {"0.001", "1e-30", "4"}) {
       CAPTURE(step, sizeof(Number));
       const auto filter = make_lattice_filter(step, level);
@@ -389,8 +389,7 @@ TEST_CASE("Columns_UnderOtherRounding_HaveTheSameBytes") {
 
 TEST_CASE("Columns_OfIntegers_AreRefusedInWords") {
   for (const ComponentType type : kAllTypes) {
-    FilterLevel level;
-    level.schema = {"colour", type, 4};
+    const FilterLevel level{.schema = {"colour", type, 4}};
     if (type == ComponentType::kFloat32 || type == ComponentType::kFloat64) {
       CHECK_NOTHROW(default_pipelines().open("columns+shuffle,zstd:1", level));
       continue;
