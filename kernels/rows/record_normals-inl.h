@@ -1,6 +1,6 @@
 // Computes normals of a run of vertices and stores them as records, with the operations of
 // normal_rows-inl.h. Included once for each instruction set. Pinned by
-// tests/kernels/record_normals_test.cpp on every instruction set, and by rows_assembly_test.sh.
+// tests/kernels/normals_test.cpp on every instruction set, and by rows_assembly_test.sh.
 #if defined(PLAIT_KERNELS_ROWS_RECORD_NORMALS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_ROWS_RECORD_NORMALS_INL_H
 #undef PLAIT_KERNELS_ROWS_RECORD_NORMALS_INL_H

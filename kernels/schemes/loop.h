@@ -5,9 +5,9 @@
 //       "Non-replicating indexing for out-of-core processing of semi-regular triangular surface
 //       meshes", section 5. Limit masks: D. Zorin, P. Schroeder, "Subdivision for Modeling and
 //       Animation",
-// SIGGRAPH course notes, 2000. Pinned by tests/kernels/loop_test.cpp against an independent oracle.
-// The rules of the library are always inlined, so that they are compiled for the instruction set of
-// their caller.
+// SIGGRAPH course notes, 2000. Pinned by tests/kernels/schemes_test.cpp against an independent
+// oracle. The rules of the library are always inlined, so that they are compiled for the
+// instruction set of their caller.
 #pragma once
 
 #include <cmath>

@@ -65,10 +65,8 @@ struct Way {
 
 std::string digest_of(const IndexedMesh& mesh, const Way& way) {
   const TemporaryDirectory directory;
-  StoreOptions options;
-  options.backend = way.backend;
-  options.block_bytes = 4096;
-  options.durability = Durability::kNone;
+  StoreOptions options{
+      .backend = way.backend, .durability = Durability::kNone, .block_bytes = 4096};
   if (!way.pipeline.empty()) options.pipeline = way.pipeline;
   BaseMesh base = BaseMesh::build(mesh);
   if (way.base_level > 0) base = rebase(base, way.base_level, Scheme());

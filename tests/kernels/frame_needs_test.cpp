@@ -14,10 +14,8 @@ constexpr std::uint64_t kSmallestBudget = 64 << 10;
 
 std::uint64_t needed_bytes(const BaseMesh& base, const SubdivideOptions& what,
                            const Variant& variant) {
-  StoreOptions options;
-  options.backend = "memory";
-  options.block_bytes = variant.block_bytes;
-  Store store = Store::create({}, base, options, default_backends());
+  Store store = Store::create({}, base, {.backend = "memory", .block_bytes = variant.block_bytes},
+                              default_backends());
   add_base_positions(store,
                      variant.double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32);
   return plan_subdivision(store, what).needs().frames;
@@ -41,12 +39,11 @@ TEST_CASE("SubdivisionNeeds_AsBudget_AreEnoughAndLessIsNot") {
     for (const Scheme scheme : {Scheme::kLoop, Scheme::kButterfly, Scheme::kMidpoint})
       for (const bool surface : {false, true}) {
         const BaseMesh base = BaseMesh::build(random_sheet(5, unless_sanitized(300u, 100u)));
-        SubdivideOptions what;
-        what.scheme = scheme;
-        what.executor = executor;
-        what.levels = 5;
-        what.normals = surface;
-        what.limit = surface && scheme == Scheme::kLoop;
+        const SubdivideOptions what{.scheme = scheme,
+                                    .executor = executor,
+                                    .levels = 5,
+                                    .normals = surface,
+                                    .limit = surface && scheme == Scheme::kLoop};
         Variant variant;
         variant.backend = "pread";
         variant.executor = executor;
@@ -67,19 +64,15 @@ TEST_CASE("SubdivisionNeeds_AsBudget_AreEnoughAndLessIsNot") {
 
 TEST_CASE("Subdivide_NormalsThatAreThere_AreMadeAnewInOneCommit") {
   const BaseMesh base = BaseMesh::build(random_sheet(3, 60));
-  SubdivideOptions what;
-  what.normals = true;
-  what.levels = 4;
+  SubdivideOptions what{.levels = 4, .normals = true};
   const std::string expected = run(base, what, {}).digest;
   for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent})
     for (const std::string backend : {"pread", "compressed"}) {
       const TemporaryDirectory directory(Medium::kMemory);
       const std::filesystem::path path = directory.path() / "s.plait";
-      StoreOptions options;
-      options.backend = backend;
       what.executor = executor;
       {
-        Store store = Store::create(path, base, options, default_backends());
+        Store store = Store::create(path, base, {.backend = backend}, default_backends());
         add_base_positions(store);
         what.levels = 2;
         subdivide(store, what);

@@ -34,11 +34,8 @@ void check_all_results(const IndexedMesh& mesh, int levels, int threads = 2) {
         Results{Scheme::kMidpoint, true, false, true},
         Results{Scheme::kButterfly, true, false, false},
         Results{Scheme::kButterfly, true, false, true}}) {
-    SubdivideOptions what;
-    what.scheme = scheme;
-    what.levels = levels;
-    what.normals = normals;
-    what.limit = limit;
+    const SubdivideOptions what{
+        .scheme = scheme, .levels = levels, .normals = normals, .limit = limit};
     Variant sweep, fused = fused_on(threads);
     sweep.double_precision = fused.double_precision = double_precision;
     INFO(fmt::format("{} to level {}, normals {}, limit {}, double {}, threads {}",
@@ -93,10 +90,7 @@ TEST_CASE("FusedDigest_BlocksThreadsAndLayouts_AreTheSame") {
   for (const IndexedMesh& mesh : {random_sphere(61, unless_sanitized(500u, 60u)),
                                   random_sheet(62, unless_sanitized(500u, 60u))}) {
     const BaseMesh base = BaseMesh::build(mesh);
-    SubdivideOptions what;
-    what.levels = 4;
-    what.normals = true;
-    what.limit = true;
+    const SubdivideOptions what{.levels = 4, .normals = true, .limit = true};
     const std::string expected = run(base, what, {}).digest;
     for (std::uint64_t block_bytes = 4 << 10; block_bytes <= (1 << 20); block_bytes *= 4)
       for (const LayoutKind layout :
@@ -141,13 +135,10 @@ TEST_CASE("FusedSubdivide_WhatItCannotDo_IsRefused") {
     FAIL("expected an error");
     return ErrorCode::kBadState;
   };
-  StoreOptions options;
-  options.backend = "memory";
-  Store store = Store::create({}, BaseMesh::build(icosahedron()), options, default_backends());
+  Store store =
+      Store::create({}, BaseMesh::build(icosahedron()), {.backend = "memory"}, default_backends());
   add_base_positions(store);
-  SubdivideOptions what;
-  what.executor = ExecutorKind::kFused;
-  what.levels = 2;
+  SubdivideOptions what{.executor = ExecutorKind::kFused, .levels = 2};
   subdivide(store, what);
   what.levels = 3;
   CHECK(refusal(store, what) == ErrorCode::kNotSupported);

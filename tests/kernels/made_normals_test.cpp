@@ -39,11 +39,10 @@ struct Surface {
 };
 
 StoreOptions options_for(const std::string& backend) {
-  StoreOptions options;
-  options.backend = backend;
-  options.block_bytes = 4096;
-  options.budget_bytes = 16 << 20;
-  options.durability = Durability::kNone;
+  StoreOptions options{.backend = backend,
+                       .durability = Durability::kNone,
+                       .block_bytes = 4096,
+                       .budget_bytes = 16 << 20};
   if (backend == "compressed")
     options.pipeline_of = [](const AttributeSchema& schema) -> std::string {
       return schema.name == "normal" ? "predicted+shuffle,zstd:1" : "hierarchy+shuffle,zstd:1";
@@ -56,12 +55,8 @@ Store displaced(const Surface& surface) {
   Store store = Store::create({}, surface.base, options_for("memory"), default_backends(),
                               {.base_level = surface.base_level});
   add_base_positions(store, surface.precision);
-  SubdivideOptions how;
-  how.levels = surface.levels;
-  how.normals = true;
-  subdivide(store, how);
-  VisitOptions visit;
-  visit.threads = 2;
+  subdivide(store, {.levels = surface.levels, .normals = true});
+  const VisitOptions visit{.threads = 2};
   const AttributeId position = store.attribute("position");
   const AttributeId moved =
       StoreAccess::add_replacement(store, store.attributes()[position].schema);

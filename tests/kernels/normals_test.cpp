@@ -1,9 +1,14 @@
 // Normals against the naive oracle in double.
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "base/regular_normal.h"
 #include "kernels/oracle.h"
+#include "kernels/row_points.h"
+#include "rows/record_normals.h"
 
-using namespace plait;
-using namespace plait::test;
-
+namespace plait::test {
 namespace {
 
 /// Angles between the store's normals and the oracle's, where the oracle has one.
@@ -43,12 +48,9 @@ TEST_CASE("Normals_FromDoublePositions_AgreeWithOracle") {
     for (const ExecutorKind executor :
          {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
       INFO(named.name << ", executor " << to_string(executor));
-      SubdivideOptions options;
-      options.executor = executor;
-      options.levels = 3;
-      options.normals = true;
       const naive::Mesh oracle = naive::subdivide(to_naive(named.mesh), naive::Scheme::kLoop, 3);
-      Store store = refine_in_memory(named.mesh, options, true);
+      Store store =
+          refine_in_memory(named.mesh, {.executor = executor, .levels = 3, .normals = true}, true);
       const Angles angles = measure_angles(store, oracle);
       REQUIRE(angles.count > 0);
       // Stored as float32: half a unit in the last place of each component.
@@ -59,11 +61,8 @@ TEST_CASE("Normals_FromDoublePositions_AgreeWithOracle") {
 TEST_CASE("Normals_FromFloatPositions_StayWithinTheRoundingOfPositions") {
   for (const NamedMesh& named : meshes_with_normals()) {
     INFO(named.name);
-    SubdivideOptions options;
-    options.levels = 3;
-    options.normals = true;
     const naive::Mesh oracle = naive::subdivide(to_naive(named.mesh), naive::Scheme::kLoop, 3);
-    Store store = refine_in_memory(named.mesh, options);
+    Store store = refine_in_memory(named.mesh, {.levels = 3, .normals = true});
     CHECK(measure_angles(store, oracle).rms() < 1e-4);
   }
 }
@@ -72,10 +71,7 @@ TEST_CASE("Normals_TinyAndHugeUnits_AreOfUnitLength") {
   for (const double scale : {1e-12, 1e12}) {
     IndexedMesh mesh = icosahedron();
     for (Vector3<double>& position : mesh.positions) position = scale * position;
-    SubdivideOptions options;
-    options.levels = 3;
-    options.normals = true;
-    Store store = refine_in_memory(mesh, options);
+    Store store = refine_in_memory(mesh, {.levels = 3, .normals = true});
     const naive::Mesh oracle = naive::subdivide(to_naive(mesh), naive::Scheme::kLoop, 3);
     CHECK(measure_angles(store, oracle).rms() < 1e-4);
   }
@@ -92,11 +88,63 @@ TEST_CASE("Normals_UnitsWhoseProductsHaveNoNumber_AreThoseOfTheSameShape") {
       const bool is_double = std::abs(std::log10(scale)) > 37;
       IndexedMesh mesh = icosahedron();
       for (Vector3<double>& position : mesh.positions) position = scale * position;
-      SubdivideOptions options;
-      options.executor = executor;
-      options.levels = 3;
-      options.normals = true;
-      Store store = refine_in_memory(mesh, options, is_double);
+      Store store =
+          refine_in_memory(mesh, {.executor = executor, .levels = 3, .normals = true}, is_double);
       CHECK(measure_angles(store, oracle).rms() < 1e-4);
     }
 }
+
+// Normals of runs of records on every instruction set of this machine: the bits of the scalar rule,
+// for runs of every length.
+
+namespace {
+
+constexpr std::size_t kMostRecords = 2 * kPatchLanes + 3;
+constexpr std::size_t kWidth = kMostRecords + kPatchLanes;  // that many more are read
+
+template <class Real>
+void check_run(Points<Real>& points, std::size_t count) {
+  const auto* const records = reinterpret_cast<const Vector3<Real>*>(points.first);
+  const auto row = [&](std::size_t number) { return records + number * kWidth; };
+  constexpr Vector3<float> kGuard{7, 8, 9};
+  std::vector<Vector3<float>> normals(count + 1, kGuard);
+  record_normals_row<Real>()({{{row(0), row(1)}, {row(2), row(3)}, {row(4), row(5)}},
+                              static_cast<std::int64_t>(count),
+                              normals.data()});
+  bool same = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector3<float> expected = RegularNormal::interior(
+        row(0)[i] - row(1)[i], row(2)[i] - row(3)[i], row(4)[i] - row(5)[i]);
+    for (int axis = 0; axis < 3; ++axis) same &= same_bits(normals[i][axis], expected[axis]);
+  }
+  CHECK(same);
+  CHECK(normals[count] == kGuard);
+}
+
+template <class Real>
+void check_all_runs() {
+  constexpr std::size_t kPoints = 6 * kWidth * 3 / kPointNumbers + 1;
+  on_every_target([&] {
+    for_all_points<Real>(kPoints, [&](Points<Real>& points) {
+      for (std::size_t count = 0; count <= kMostRecords; ++count) check_run(points, count);
+    });
+    // Many normals along an axis: their zeros are positive.
+    for (unsigned seed = 0; seed < 200; ++seed) {
+      Points<Real> points(kPoints);
+      fill(points, kPoints, seed, Real(1), false);
+      check_run(points, kMostRecords);
+    }
+  });
+}
+
+}  // namespace
+
+TEST_CASE("RecordNormals_OfFloatsOnEveryTarget_HaveTheBitsOfTheRuleOfOneVertex") {
+  check_all_runs<float>();
+}
+
+TEST_CASE("RecordNormals_OfDoublesOnEveryTarget_HaveTheBitsOfTheRuleOfOneVertex") {
+  check_all_runs<double>();
+}
+
+}  // namespace plait::test

@@ -19,10 +19,9 @@ namespace plait::test {
 /// A store in memory, refined. Face numbers are the input's.
 inline Store refine_in_memory(const IndexedMesh& mesh, const SubdivideOptions& options,
                               bool double_precision = false, std::uint64_t block_bytes = 4096) {
-  StoreOptions store_options;
-  store_options.backend = "memory";
-  store_options.block_bytes = block_bytes;
-  Store store = Store::create({}, BaseMesh::build(mesh), store_options, default_backends());
+  Store store =
+      Store::create({}, BaseMesh::build(mesh), {.backend = "memory", .block_bytes = block_bytes},
+                    default_backends());
   add_base_positions(store, double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32);
   subdivide(store, options);
   return store;

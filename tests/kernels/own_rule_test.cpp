@@ -135,10 +135,6 @@ ErrorCode refusal(const std::function<void()>& call, const std::string& says) {
 
 TEST_CASE("OwnRule_EveryExecutorBackendAndThreadCount_GivesOneDigest") {
   const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
-  SubdivideOptions what;
-  what.scheme = scheme;
-  what.levels = 4;
-  what.normals = true;
   for (const IndexedMesh& mesh : {random_sphere(71, unless_sanitized(300u, 60u)),
                                   random_sheet(72, unless_sanitized(300u, 60u))})
     for (const bool double_precision : {false, true}) {
@@ -152,7 +148,8 @@ TEST_CASE("OwnRule_EveryExecutorBackendAndThreadCount_GivesOneDigest") {
             variant.executor = executor;
             variant.threads = threads;
             variant.double_precision = double_precision;
-            const std::string digest = run(base, what, variant).digest;
+            const std::string digest =
+                run(base, {.scheme = scheme, .levels = 4, .normals = true}, variant).digest;
             if (expected.empty()) expected = digest;
             INFO(fmt::format("{} {} {} threads", backend, to_string(executor), threads));
             CHECK(digest == expected);
@@ -170,10 +167,7 @@ TEST_CASE("OwnRule_AllTestMeshes_AgreeWithANaiveProgram") {
     for (int level = 1; level <= 3; ++level) oracle = naive_step(oracle, rule);
     for (const ExecutorKind executor : kRuleExecutors) {
       INFO(named.name << ", executor " << to_string(executor));
-      SubdivideOptions options;
-      options.scheme = scheme;
-      options.executor = executor;
-      options.levels = 3;
+      const SubdivideOptions options{.scheme = scheme, .executor = executor, .levels = 3};
       Store in_double = refine_in_memory(named.mesh, options, true);
       CHECK(worst_distance<Vector3<double>>(in_double, "position", oracle, oracle.points) < 1e-13);
       Store in_float = refine_in_memory(named.mesh, options);
@@ -195,10 +189,8 @@ TEST_CASE("OwnRule_WithTheFormulasOfALibraryScheme_HasItsDigest") {
           Variant variant;
           variant.executor = executor;
           variant.double_precision = double_precision;
-          SubdivideOptions what;
-          what.levels = 3;
-          what.scheme = scheme;
-          what.limit = traits_of(scheme).has_limits;
+          SubdivideOptions what{
+              .scheme = scheme, .levels = 3, .limit = traits_of(scheme).has_limits};
           const BaseMesh base = BaseMesh::build(mesh);
           const std::string expected = run(base, what, variant).digest;
           what.scheme = *own;
@@ -225,17 +217,13 @@ TEST_CASE("OwnRule_ThatBreaksItsPromises_IsRefused") {
     CHECK(refusal([&] { own_scheme(std::string(scheme.name), OwnTensionRule{}); },
                   "the library has a scheme of this name") == ErrorCode::kInvalidArgument);
   const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
-  SubdivideOptions options;
-  options.scheme = scheme;
-  options.limit = true;
-  CHECK(refusal([&] { refine_in_memory(tetrahedron(), options); },
+  CHECK(refusal([&] { refine_in_memory(tetrahedron(), {.scheme = scheme, .limit = true}); },
                 "scheme tension has no limit positions") == ErrorCode::kNotSupported);
 }
 
 TEST_CASE("OwnRule_InAStore_IsNamedByItsProvenance") {
   const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
-  SubdivideOptions options;
-  options.scheme = scheme;
+  SubdivideOptions options{.scheme = scheme};
   Store store = refine_in_memory(tetrahedron(), options);
   CHECK(store.provenance().scheme == "tension");
   // Levels of two rules are the work of neither.
@@ -248,9 +236,7 @@ TEST_CASE("OwnRule_InAStore_IsNamedByItsProvenance") {
 TEST_CASE("OwnRule_OfTheLongestName_IsStoredReopenedAndResumed") {
   const std::string name(kMostSchemeNameBytes, 'n');
   const OneRingScheme scheme = own_scheme(name, OwnTensionRule{});
-  SubdivideOptions options;
-  options.scheme = scheme;
-  options.levels = 3;
+  SubdivideOptions options{.scheme = scheme, .levels = 3};
   Store expected = refine_in_memory(tetrahedron(), options);
 
   const TemporaryDirectory directory;

@@ -23,11 +23,10 @@ using PoolPoint = Vector3<float>;
 std::string digest_of_work(const BaseMesh& base, const ParallelFor& loop, ExecutorKind executor,
                            int threads) {
   const TemporaryDirectory directory(Medium::kMemory);
-  StoreOptions options;
-  options.backend = "pread";
-  options.block_bytes = 64 << 10;
-  options.durability = Durability::kNone;
-  options.parallel_for = loop;
+  const StoreOptions options{.backend = "pread",
+                             .durability = Durability::kNone,
+                             .block_bytes = 64 << 10,
+                             .parallel_for = loop};
   const auto path = directory.path() / "s.plait";
   {
     Store store = Store::create(path, base, options, default_backends());
@@ -35,10 +34,8 @@ std::string digest_of_work(const BaseMesh& base, const ParallelFor& loop, Execut
     subdivide(store, {.executor = executor, .levels = 5, .normals = true, .threads = threads});
     store.commit();
   }
-  OpenOptions opening;
-  opening.writable = true;
-  opening.durability = Durability::kNone;
-  opening.parallel_for = loop;
+  const OpenOptions opening{
+      .writable = true, .durability = Durability::kNone, .parallel_for = loop};
   Store store = Store::open(path, opening, default_backends());
   store.add_attribute(schema_of<PoolPoint>("smooth"), 5);
   visit_vertices(store, {.threads = threads},

@@ -30,17 +30,12 @@ namespace fs = std::filesystem;
 using DamagedPoint = Vector3<float>;
 
 SubdivideOptions to_level(int levels) {
-  SubdivideOptions how;
-  how.executor = ExecutorKind::kFused;
-  how.levels = levels;
-  how.normals = true;
-  return how;
+  return {.executor = ExecutorKind::kFused, .levels = levels, .normals = true};
 }
 
 Store refined_to_damage(const fs::path& path, const BaseMesh& base, int levels,
                         Durability durability = Durability::kNone) {
-  StoreOptions options;
-  options.backend = path.empty() ? "memory" : "compressed";
+  StoreOptions options{.backend = path.empty() ? "memory" : "compressed"};
   if (!path.empty()) options.pipeline = "predicted,zstd:1";
   options.block_bytes = 4096;
   options.budget_bytes = 16 << 20;
@@ -170,8 +165,7 @@ TEST_CASE("Predicted_PatchesReadByManyThreadsInASmallBudget_AreThoseOfTheScheme"
   const BaseMesh base = BaseMesh::build(torus_grid(10, 8));
   { refined_to_damage(path, base, 4); }
   const Store expected = refined_to_damage({}, base, 4);
-  OpenOptions open;
-  open.budget_bytes = 1 << 20;
+  const OpenOptions open{.budget_bytes = 1 << 20};
   const Store store = Store::open(path, open, default_backends());
   const Reader reader(store), oracle(expected);
   const auto faces = static_cast<FaceId>(base.face_count());

@@ -4,7 +4,6 @@
 #include <cfenv>
 #include <cstring>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -34,13 +33,11 @@ using Point = Vector3<float>;
 
 StoreOptions compressed(std::uint64_t block_bytes = 4096,
                         const char* pipeline = "predicted,zstd:1") {
-  StoreOptions options;
-  options.backend = "compressed";
-  options.pipeline = pipeline;
-  options.block_bytes = block_bytes;
-  options.durability = Durability::kNone;
-  options.budget_bytes = 64 << 20;
-  return options;
+  return {.backend = "compressed",
+          .pipeline = pipeline,
+          .durability = Durability::kNone,
+          .block_bytes = block_bytes,
+          .budget_bytes = 64 << 20};
 }
 
 BackendRegistry registry_with(std::shared_ptr<const BlockMakers> makers) {
@@ -64,9 +61,7 @@ std::string expected_digest(const BaseMesh& base, SubdivideOptions how,
                             bool double_precision = false) {
   how.executor = ExecutorKind::kSweep;
   how.threads = 1;
-  StoreOptions in_memory;
-  in_memory.backend = "memory";
-  Store store = refined({}, base, in_memory, how, double_precision);
+  Store store = refined({}, base, {.backend = "memory"}, how, double_precision);
   return digest(store).to_string();
 }
 
@@ -88,12 +83,7 @@ std::uint64_t all_blocks(const Store& store) {
 }
 
 SubdivideOptions fused_to(int levels, bool normals = true) {
-  SubdivideOptions how;
-  how.executor = ExecutorKind::kFused;
-  how.levels = levels;
-  how.normals = normals;
-  how.threads = 2;
-  return how;
+  return {.executor = ExecutorKind::kFused, .levels = levels, .normals = normals, .threads = 2};
 }
 
 void change_block(Store& store, AttributeId attribute, int level, std::uint64_t block) {
@@ -254,18 +244,14 @@ TEST_CASE("Predicted_AnyOrderOfChanges_ReadsWhatWasWritten") {
   do {
     const TemporaryDirectory directory(Medium::kMemory);
     Store store = refined(directory.path() / "s.plait", base, compressed(), fused_to(2, false));
-    StoreOptions in_memory;
-    in_memory.backend = "memory";
-    Store twin = refined({}, base, in_memory, fused_to(2, false));
+    Store twin = refined({}, base, {.backend = "memory"}, fused_to(2, false));
     for (const int change : order) {
       for (Store* const to : {&store, &twin}) {
         if (change == 0) to->base_records<Point>(0)[1].x += 1;
         if (change == 1) change_block(*to, 0, 1, 0);
         if (change == 2) change_block(*to, 0, 2, 0);
         if (change == 3) {
-          SubdivideOptions further;
-          further.levels = to->finest_level() + 1;
-          subdivide(*to, further);
+          subdivide(*to, {.levels = to->finest_level() + 1});
         }
       }
       if (change % 2 == 0) store.commit();
@@ -283,9 +269,7 @@ TEST_CASE("Predicted_FinerLevelsOfTheScheme_LeaveNoStalePrediction") {
   const BaseMesh base = BaseMesh::build(torus_grid(6, 5));
   const TemporaryDirectory directory(Medium::kMemory);
   Store store = refined(directory.path() / "s.plait", base, compressed(), fused_to(2, false));
-  SubdivideOptions further;
-  further.levels = 3;
-  subdivide(store, further);
+  subdivide(store, {.levels = 3});
   store.commit();
   CHECK(blocks_with(store, BlockEncoding::kPredicted) == 0);
   CHECK(digest(store).to_string() == expected_digest(base, fused_to(3, false)));
@@ -389,32 +373,6 @@ TEST_CASE("Predicted_LevelFileThatIsLost_IsMadeAgain") {
   CHECK(report.rebuilt_files.size() == 1);
   Store store = Store::open(path, {}, default_backends());
   CHECK(digest(store).to_string() == expected_digest(base, fused_to(2)));
-}
-
-TEST_CASE("Predicted_ManyReadersInASmallBudget_GetTheSameBytes") {
-  const TemporaryDirectory directory(Medium::kMemory);
-  const fs::path path = directory.path() / "s.plait";
-  const BaseMesh base = BaseMesh::build(torus_grid(10, 8));
-  { refined(path, base, compressed(), fused_to(4)); }
-  OpenOptions open;
-  open.budget_bytes = 1 << 20;
-  const Store store = Store::open(path, open, default_backends());
-  std::vector<std::vector<std::byte>> all(3);
-  {
-    std::vector<std::jthread> readers;
-    for (std::vector<std::byte>& bytes : all)
-      readers.emplace_back([&] {
-        Session session = StoreAccess::open_session(store);
-        const LevelFile& file = StoreAccess::level_file(store, 1, 4);
-        for (std::uint64_t block = 0; block < file.table.size(); ++block) {
-          const PinnedBlock pinned = session.pin(file, block);
-          bytes.insert(bytes.end(), pinned.bytes().begin(), pinned.bytes().end());
-        }
-      });
-  }
-  CHECK(all[0].size() == StoreAccess::level_file(store, 1, 4).geometry.total_bytes());
-  CHECK(all[0] == all[1]);
-  CHECK(all[0] == all[2]);
 }
 
 TEST_CASE("Predicted_MeshWithAHub_IsStored") {

@@ -35,8 +35,7 @@ struct Outcome {
 
 /// Makes the store, refines, commits, reopens where there is a disk, and leaves nothing.
 inline Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Variant& variant) {
-  StoreOptions options;
-  options.backend = variant.backend;
+  StoreOptions options{.backend = variant.backend};
   if (variant.backend == "compressed") options.pipeline = "shuffle," + variant.codec;
   options.budget_bytes = variant.budget_bytes;
   options.block_bytes = variant.block_bytes;

@@ -1,5 +1,5 @@
 // Rows of a slot evaluated in registers: the bits of the rules of one vertex. (Those are compared
-// with plain arithmetic in fused_rows_test.cpp and with the oracle in loop_test.cpp.)
+// with plain arithmetic in fused_rows_test.cpp and with the oracle in schemes_test.cpp.)
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <random>

@@ -30,8 +30,7 @@ namespace {
 struct Made {
   explicit Made(const std::string& backend, std::uint64_t budget_bytes = 4 << 20,
                 const IndexedMesh& mesh = random_sheet(5, 60), const std::string& pipeline = {}) {
-    StoreOptions options;
-    options.backend = backend;
+    StoreOptions options{.backend = backend};
     if (!pipeline.empty()) options.pipeline = pipeline;
     options.block_bytes = 4096;
     options.durability = Durability::kNone;
@@ -80,12 +79,11 @@ TEST_CASE("Subdivide_AfterACancelledCall_IsRefusedUntilTheStoreIsRolledBack") {
     for (const ExecutorKind executor : {ExecutorKind::kAuto, ExecutorKind::kFused,
                                         ExecutorKind::kSweep, ExecutorKind::kTransparent})
       for (const Scheme scheme : {Scheme::kLoop, Scheme::kButterfly, Scheme::kMidpoint}) {
-        SubdivideOptions what;
-        what.scheme = scheme;
-        what.executor = executor;
-        what.levels = 3;
-        what.normals = true;
-        what.limit = scheme == Scheme::kLoop;
+        SubdivideOptions what{.scheme = scheme,
+                              .executor = executor,
+                              .levels = 3,
+                              .normals = true,
+                              .limit = scheme == Scheme::kLoop};
         const std::string expected = expected_digest(what);
         bool cancelled = true;
         for (int calls = 0; cancelled; calls += unless_sanitized(3, 17)) {
@@ -162,9 +160,7 @@ TEST_CASE("Subdivide_OverLevelsOfACommit_IsAllUnfinishedAfterAnErrorAnywhere") {
 
 TEST_CASE("Subdivide_CancelledAfterCommitsOfLevels_GoesOnFromTheLastOfThem") {
   for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
-    SubdivideOptions what;
-    what.levels = 4;
-    what.executor = executor;
+    SubdivideOptions what{.executor = executor, .levels = 4};
     const std::string expected = expected_digest(what);
     Made made("pread");
     bool enough = false;
@@ -280,8 +276,7 @@ TEST_CASE("Subdivide_OverLevelsBeyondItsBudget_ChangesNothingAndSaysWhatTheWhole
             CAPTURE(backend, block, to_string(executor), start, normals);
             const TemporaryDirectory directory(Medium::kMemory);
             const auto run_with = [&](std::uint64_t budget, const char* name) {
-              StoreOptions options;
-              options.backend = backend;
+              StoreOptions options{.backend = backend};
               if (backend == "compressed") options.pipeline = "none";
               options.block_bytes = block;
               options.durability = Durability::kNone;

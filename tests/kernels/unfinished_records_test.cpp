@@ -31,10 +31,8 @@ struct Thrown {};
 /// A store with attribute "position" and with "h" of `levels` levels and sevens in its base
 /// records, committed.
 Store made(const std::string& backend, const std::filesystem::path& path, int levels) {
-  StoreOptions options;
-  options.backend = backend;
-  options.block_bytes = 4096;
-  options.durability = Durability::kNone;
+  const StoreOptions options{
+      .backend = backend, .durability = Durability::kNone, .block_bytes = 4096};
   Store store = Store::create(
       default_backends().find(backend).traits.in_memory ? std::filesystem::path() : path,
       BaseMesh::build(octahedron()), options, default_backends());
@@ -231,12 +229,11 @@ TEST_CASE("StoreRemoveAttribute_WhoseBlocksAreContextOfOthers_LetsGoOfTheFinerOn
     for (const int way : {0, 1, 2, 3, 4}) {
       CAPTURE(io_threads, way);
       const TemporaryDirectory directory(Medium::kMemory);
-      StoreOptions options;
-      options.backend = "compressed";
-      options.block_bytes = 4096;
-      options.io_threads = io_threads;
-      options.durability = Durability::kNone;
-      options.pipeline = "hierarchy,bitpack";
+      const StoreOptions options{.backend = "compressed",
+                                 .pipeline = "hierarchy,bitpack",
+                                 .durability = Durability::kNone,
+                                 .block_bytes = 4096,
+                                 .io_threads = io_threads};
       Store store =
           Store::create(directory.path() / "s.plait", BaseMesh::build(random_sheet(5, 60)), options,
                         default_backends());

@@ -105,11 +105,10 @@ struct Numbered {
 
 Store numbered_store(const std::filesystem::path& path, const BaseMesh& base, const Numbered& shape,
                      const DepthOracle& oracle) {
-  StoreOptions options;
-  options.backend = shape.backend;
-  options.block_bytes = shape.block_bytes;
-  options.budget_bytes = shape.budget_bytes;
-  options.durability = Durability::kNone;
+  const StoreOptions options{.backend = shape.backend,
+                             .durability = Durability::kNone,
+                             .block_bytes = shape.block_bytes,
+                             .budget_bytes = shape.budget_bytes};
   Store store = Store::create(path, base, options, default_backends());
   const int finest = base.depths() ? base.depths()->deepest() : kMost;
   store.add_attribute(schema_of<Id>("id"), finest);
@@ -130,9 +129,7 @@ Store numbered_store(const std::filesystem::path& path, const BaseMesh& base, co
 /// come twice, and vertices whose records have other places in another attribute.
 RingsFound visited_rings(Store& store, int level, int threads, int& wrong) {
   std::vector<std::vector<std::pair<Id, Found>>> by_worker(static_cast<std::size_t>(threads));
-  VisitOptions options;
-  options.level = level;
-  options.threads = threads;
+  const VisitOptions options{.level = level, .threads = threads};
   visit_vertices(store, options, std::tuple{rings_of<Id>("id"), overwrites<Id>("seen")},
                  [&](const VertexRun& run, const VertexRings<Id>& id, std::span<Id> seen) {
                    for (std::size_t i = 0; i < run.count; ++i) {
@@ -158,12 +155,10 @@ RingsFound visited_rings(Store& store, int level, int threads, int& wrong) {
 
 /// The same rings in batches, which know no types.
 RingsFound batched_rings(Store& store, int level, int& wrong) {
-  VisitOptions options;
-  options.level = level;
   RingsFound rings;
   const std::vector<BatchAttribute> attributes = {{"id", Access::kRead, true},
                                                   {"seen", Access::kRead, false}};
-  visit_batches(store, options, 0, attributes, [&](const VertexBatch& batch) {
+  visit_batches(store, {.level = level}, 0, attributes, [&](const VertexBatch& batch) {
     const auto* const id = reinterpret_cast<const Id*>(batch.attributes[0].records);
     const auto* const seen = reinterpret_cast<const Id*>(batch.attributes[1].records);
     const auto* neighbours = reinterpret_cast<const Id*>(batch.attributes[0].neighbours);
@@ -286,10 +281,9 @@ TEST_CASE("VisitNeedsWithDepths_AsBudget_AreEnoughAndLessIsRefused") {
   };
   std::uint64_t needed = 0;
   {
-    StoreOptions options;
-    options.block_bytes = 4096;
-    options.durability = Durability::kNone;
-    Store store = Store::create(path, base.with_depths(depths), options, default_backends());
+    Store store =
+        Store::create(path, base.with_depths(depths),
+                      {.durability = Durability::kNone, .block_bytes = 4096}, default_backends());
     for (const char* const name : {"id", "seen"}) store.add_attribute(schema_of<Id>(name), 3);
     visit_vertices(store, {}, std::tuple{overwrites<Id>("id")},
                    [](const VertexRun& run, std::span<Id> id) {
@@ -301,11 +295,8 @@ TEST_CASE("VisitNeedsWithDepths_AsBudget_AreEnoughAndLessIsRefused") {
   }
   REQUIRE(needed >= 68 << 10);
   const auto open = [&](std::uint64_t budget) {
-    OpenOptions options;
-    options.writable = true;
-    options.budget_bytes = budget;
-    options.durability = Durability::kNone;
-    options.io_threads = 0;
+    const OpenOptions options{
+        .writable = true, .durability = Durability::kNone, .budget_bytes = budget, .io_threads = 0};
     return Store::open(path, options, default_backends());
   };
   {
