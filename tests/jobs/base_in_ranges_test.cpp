@@ -133,12 +133,8 @@ TEST_CASE("A plan of a base mesh that is larger than its memory is that of the w
   IndexedMesh mesh = shuffled(side_by_side({torus_grid(120, 90), sheet(50, 40)}), 3);
   for (Vector3<double>& p : mesh.positions) p.x += 1e6;  // a warning of precision
   laid_out_at(path, mesh);
-  PartsRequest request;
-  request.mesh = path;
-  request.parts = 40;
-  request.levels = 3;
-  request.normals = true;
-  request.plan = files.path() / "whole.plan";
+  PartsRequest request{
+      .mesh = path, .plan = files.path() / "whole.plan", .parts = 40, .levels = 3, .normals = true};
   const PartsPlan whole = plan_parts(request, default_backends());
   request.plan = files.path() / "ranges.plan";
   request.memory_bytes = kMegabyte;
@@ -172,12 +168,11 @@ TEST_CASE("What a plan by ranges cannot do is refused, and damage is found") {
   const TemporaryDirectory files(Medium::kMemory);
   const std::filesystem::path path = files.path() / "m.base";
   laid_out_at(path, shuffled(torus_grid(120, 90), 3));
-  PartsRequest request;
-  request.mesh = path;
-  request.parts = 40;
-  request.levels = 2;
-  request.plan = files.path() / "m.plan";
-  request.memory_bytes = kMegabyte;
+  const PartsRequest request{.mesh = path,
+                             .plan = files.path() / "m.plan",
+                             .parts = 40,
+                             .levels = 2,
+                             .memory_bytes = kMegabyte};
   const auto check_refused = [&](const PartsRequest& asked, ErrorCode code, const char* says) {
     const Error error = error_of([&] { (void)plan_parts(asked, default_backends()); });
     CHECK(error.code() == code);

@@ -21,11 +21,7 @@ namespace plait::test {
 namespace {
 
 PartCost cost_of_level(int levels) {
-  PartCost cost;
-  cost.levels = levels;
-  cost.ns_per_record = 30;
-  cost.ns_per_point = 8;
-  return cost;
+  return {.levels = levels, .ns_per_record = 30, .ns_per_point = 8};
 }
 
 /// What edges [first, after) cost: their records, and every face at them once.

@@ -138,10 +138,8 @@ TEST_CASE("Store_OfAThreadThatIsInterruptedAllTheTime_IsTheSame") {
   const LaidOutMesh mesh =
       lay_out(BaseMesh::build(random_sphere(3, 300)), LayoutKind::kAutomatic).mesh;
   const auto make = [&](const std::filesystem::path& path, const std::string& backend) {
-    StoreOptions options;
-    options.backend = backend;
-    options.block_bytes = 4096;
-    Store store = Store::create(path, mesh, options, default_backends());
+    Store store =
+        Store::create(path, mesh, {.backend = backend, .block_bytes = 4096}, default_backends());
     add_base_positions(store);
     subdivide(store, {.executor = ExecutorKind::kSweep, .levels = 4, .threads = 2});
     return store;

@@ -104,14 +104,12 @@ struct Files {
   fs::path mesh = directory.path() / "fine.ply", store = directory.path() / "s.plait";
 
   ImportRequest request() const {
-    ImportRequest request;
-    request.mesh = mesh;
-    request.store = store;
-    request.threads = 2;
-    request.block_bytes = 4096;
-    request.budget_bytes = 1 << 20;
-    request.durability = Durability::kNone;
-    return request;
+    return {.mesh = mesh,
+            .store = store,
+            .block_bytes = 4096,
+            .budget_bytes = 1 << 20,
+            .threads = 2,
+            .durability = Durability::kNone};
   }
   Store open() const { return Store::open(store, {}, default_backends()); }
   bool left_nothing() const {
@@ -186,8 +184,7 @@ TEST_CASE("ImportMesh_FacesOfBothOrientations_AgreeWithTheFirst") {
     std::swap(mesh.faces[face][1], mesh.faces[face][2]);
   write_ply(turned.mesh, mesh);
   std::vector<std::string> warnings;
-  JobWatch watch;
-  watch.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  const JobWatch watch{.warn = [&](const std::string& warning) { warnings.push_back(warning); }};
   import_mesh(files.request(), default_backends(), watch);
   CHECK(warnings.empty());
   import_mesh(turned.request(), default_backends(), watch);
@@ -261,8 +258,7 @@ TEST_CASE("ImportMesh_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysSo") {
   ImportRequest request = files.request();
   request.max_slot_bytes = 1 << 20;
   std::vector<std::string> warnings;
-  JobWatch watch;
-  watch.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  const JobWatch watch{.warn = [&](const std::string& warning) { warnings.push_back(warning); }};
   import_mesh(request, default_backends(), watch);
   CHECK(warnings.empty());
   const auto expected = patches_of(files.open(), 5);

@@ -111,8 +111,7 @@ TEST_CASE("RunJob_PassAndConvert_ComputeOnThePoolOfTheProgram") {
 TEST_CASE("RunJob_ThatChangesNothingYet_SaysSoBeforeTheFirstFile") {
   const TemporaryDirectory here;
   const std::string mesh = octahedron_in(here), store = (here.path() / "s").string();
-  JobWatch watch;
-  watch.before_files = [] { throw Error(ErrorCode::kCancelled, "not yet"); };
+  const JobWatch watch{.before_files = [] { throw Error(ErrorCode::kCancelled, "not yet"); }};
   using Option = std::pair<std::string, std::string>;
   for (const auto& [job, size] :
        {std::pair("subdivide", Option("levels", "1")), std::pair("remesh", Option("faces", "8"))}) {

@@ -24,6 +24,7 @@
 #include "plait/registry.h"
 #include "plait/subdivision_job.h"
 #include "support/error_of.h"
+#include "support/file_bytes.h"
 #include "support/sanitized.h"
 #include "support/shuffled_mesh.h"
 #include "support/temporary_directory.h"
@@ -31,12 +32,6 @@
 
 namespace plait::test {
 namespace {
-
-std::string file_content(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  REQUIRE(file.good());
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 enum class Form : std::uint8_t { kAscii, kLittleEndian, kBigEndian };
 
@@ -88,8 +83,8 @@ Result in_memory(const std::filesystem::path& path) {
   const BaseMesh mesh = lay_out(read_base_mesh(path, &result.warnings), LayoutKind::kHilbert).mesh;
   const StoredSize size = write_base_mesh_file(directory, mesh);
   write_base_index_file(directory, kBaseIndexName, mesh, size.checksum, false);
-  result.mesh = file_content(made.path() / kBaseMeshName);
-  result.index = file_content(made.path() / kBaseIndexName);
+  result.mesh = content_of(made.path() / kBaseMeshName);
+  result.index = content_of(made.path() / kBaseIndexName);
   return result;
 }
 
@@ -98,9 +93,8 @@ Result in_files(const std::filesystem::path& path, SortMemory memory) {
   const Directory directory(made.path());
   const FileLayoutResult laid_out = lay_out_in_files({path, memory}, directory);
   CHECK(directory.names() == std::vector<std::string>{kBaseIndexName, kBaseMeshName});
-  Result result{file_content(made.path() / kBaseMeshName),
-                file_content(made.path() / kBaseIndexName), laid_out.warnings,
-                laid_out.merged_runs};
+  Result result{content_of(made.path() / kBaseMeshName), content_of(made.path() / kBaseIndexName),
+                laid_out.warnings, laid_out.merged_runs};
   CHECK(laid_out.base_mesh.bytes == result.mesh.size());
   return result;
 }
@@ -242,7 +236,7 @@ TEST_CASE("Laying out in files refuses what memory refuses, with the same words"
   }
   SECTION("cut short, at each byte from vertices to the end") {
     write_mesh(path, sheet(1, 1), Form::kLittleEndian);
-    const std::string whole = file_content(path);
+    const std::string whole = content_of(path);
     for (std::size_t bytes = whole.size() - 60; bytes < whole.size(); ++bytes) {
       std::ofstream(path, std::ios::binary | std::ios::trunc) << whole.substr(0, bytes);
       check_same_error(ErrorCode::kInvalidArgument);
@@ -357,20 +351,19 @@ TEST_CASE("A store of a mesh in files has the bytes of one of the file") {
   const auto subdivide = [&](const std::filesystem::path& mesh, const std::string& name,
                              std::optional<std::uint64_t> max_slot_bytes,
                              std::optional<LayoutKind> layout) {
-    SubdivisionRequest request;
-    request.mesh = mesh;
-    request.store = files.path() / name;
-    request.levels = 2;
-    request.layout = layout;
-    request.max_slot_bytes = max_slot_bytes;
-    request.digest = true;
+    const SubdivisionRequest request{.mesh = mesh,
+                                     .store = files.path() / name,
+                                     .levels = 2,
+                                     .layout = layout,
+                                     .max_slot_bytes = max_slot_bytes,
+                                     .digest = true};
     return SubdivisionJob(request, default_backends()).run().digest;
   };
   SECTION("copied") {
     CHECK(subdivide(path, "a.plait", {}, LayoutKind::kHilbert) ==
           subdivide(base, "b.plait", {}, {}));
-    CHECK((file_content(base / kBaseMeshName) ==
-           file_content(files.path() / "a.plait" / kBaseMeshName)));
+    CHECK(
+        (content_of(base / kBaseMeshName) == content_of(files.path() / "a.plait" / kBaseMeshName)));
   }
   SECTION("refined in memory") {
     CHECK(subdivide(path, "a.plait", 12, LayoutKind::kHilbert) ==
@@ -381,8 +374,8 @@ TEST_CASE("A store of a mesh in files has the bytes of one of the file") {
           subdivide(base, "b.plait", {}, LayoutKind::kRcm));
   }
   for (const char* const name : {kBaseMeshName, kBaseIndexName})
-    CHECK((file_content(files.path() / "a.plait" / name) ==
-           file_content(files.path() / "b.plait" / name)));
+    CHECK((content_of(files.path() / "a.plait" / name) ==
+           content_of(files.path() / "b.plait" / name)));
 }
 
 TEST_CASE("A plan takes a mesh in files") {
@@ -396,8 +389,8 @@ TEST_CASE("A plan takes a mesh in files") {
                            {"levels", "2"},
                            {"parts", "3"}});
   for (const char* const name : {kBaseMeshName, kBaseIndexName})
-    CHECK((file_content(files.path() / "a.plan" / name) ==
-           file_content(files.path() / "b.plan" / name)));
+    CHECK(
+        (content_of(files.path() / "a.plan" / name) == content_of(files.path() / "b.plan" / name)));
 }
 
 TEST_CASE("Damage of a mesh in files is found before it is in a store") {
@@ -413,7 +406,7 @@ TEST_CASE("Damage of a mesh in files is found before it is in a store") {
   const std::filesystem::path damaged =
       base /
       GENERATE(std::string(kBaseMeshName), std::string(kBaseIndexName), std::string("layout"));
-  std::string bytes = file_content(damaged);
+  std::string bytes = content_of(damaged);
   if (GENERATE(true, false))
     bytes[bytes.size() / 2] ^= 1;
   else

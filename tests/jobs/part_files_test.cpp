@@ -41,14 +41,13 @@ std::vector<std::string> names_in(const fs::path& directory, const std::string& 
 std::size_t count_files(const fs::path& directory) { return names_in(directory, "").size(); }
 
 PartsRequest request_of(const Surfaces& on, const std::string& backend) {
-  PartsRequest request;
-  request.mesh = on.mesh;
-  request.plan = on.directory / "shards";
-  request.parts = 4;
-  request.levels = on.levels;
-  request.normals = true;
-  request.max_slot_bytes = on.max_slot_bytes;
-  request.block_bytes = 4 << 10;
+  PartsRequest request{.mesh = on.mesh,
+                       .plan = on.directory / "shards",
+                       .parts = 4,
+                       .levels = on.levels,
+                       .normals = true,
+                       .block_bytes = 4 << 10,
+                       .max_slot_bytes = on.max_slot_bytes};
   if (backend == "compressed")
     request.pipeline_of = [](const AttributeSchema&) { return LevelPipelines("shuffle,zstd:1"); };
   return request;
@@ -59,9 +58,7 @@ void make_store(const Surfaces& on, const std::string& backend, const BackendReg
   const PartsPlan plan = plan_parts(request, backends);
   for (std::uint32_t part = 0; part < request.parts; ++part)
     make_part(request.plan, part, {}, backends);
-  JoinOptions options;
-  options.verify = true;
-  REQUIRE(join_parts(request.plan, on.sharded(), options, backends).has_store);
+  REQUIRE(join_parts(request.plan, on.sharded(), {.verify = true}, backends).has_store);
   CHECK(count_files(on.sharded()) == plan.files);
   fs::remove_all(request.plan);
 }
@@ -125,10 +122,7 @@ TEST_CASE("ShardedStore_WithAFileForEachLevel_StaysAsItIs") {
 
   // A damaged shard is mended by a part with the same files.
   const fs::path level = on.sharded() / "attribute0.level03.1.shard1";
-  std::string bytes = bytes_of(level);
-  bytes[3] = static_cast<char>(bytes[3] ^ 1);
-  fs::remove(level);
-  std::ofstream(level, std::ios::binary) << bytes;
+  damage_own(level, 3);
   plan_again(on.sharded(), on.directory / "again", default_backends());
   make_part(on.directory / "again", 1, {}, default_backends());
   CHECK(join(on.directory / "again", on.sharded()).was_joined);
@@ -150,31 +144,22 @@ TEST_CASE("ShardedStore_OfCompressedBlocks_IsMendedByAPartThatHasThemInAnotherOr
   const std::string before = digest_of(on.sharded());
   const fs::path file = on.sharded() / "attribute0.levels.1.shard1",
                  other = on.sharded() / "attribute1.levels.1.shard1";
-  const std::string whole = bytes_of(file), whole_other = bytes_of(other);
+  const std::string whole = content_of(file), whole_other = content_of(other);
   const fs::path plan = here.path() / "again";
   plan_again(on.sharded(), plan, default_backends());
-  const auto damage = [&] {
-    std::string bytes = whole;
-    bytes[1] = static_cast<char>(bytes[1] ^ 1);
-    fs::remove(file);
-    std::ofstream(file, std::ios::binary) << bytes;
-  };
+  const auto damage = [&] { damage_own(file, 1); };
   // Blocks come in the order in which threads have them; mostly that is another one at once.
   bool is_other_order = false;
   const auto make_in_other_order = [&] {
-    PartOptions options;
-    options.again = true;
-    options.threads = 3;
     is_other_order = false;
     for (int attempt = 0; attempt < 30 && !is_other_order; ++attempt) {
-      make_part(plan, 1, options, default_backends());
-      is_other_order = bytes_of(directory_of(plan, 1) / file.filename()) != whole;
+      make_part(plan, 1, {.threads = 3, .again = true}, default_backends());
+      is_other_order = content_of(directory_of(plan, 1) / file.filename()) != whole;
     }
   };
   const auto join_and_count = [&] {
     std::vector<std::string> warnings;
-    JoinOptions how;
-    how.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+    const JoinOptions how{.warn = [&](const std::string& warning) { warnings.push_back(warning); }};
     CHECK(join(plan, on.sharded(), how).was_joined);
     return warnings.size();
   };
@@ -182,8 +167,8 @@ TEST_CASE("ShardedStore_OfCompressedBlocks_IsMendedByAPartThatHasThemInAnotherOr
   make_in_other_order();
   CAPTURE(is_other_order);
   CHECK(join_and_count() == 1);
-  CHECK((bytes_of(file) == whole));
-  CHECK((bytes_of(other) == whole_other));
+  CHECK((content_of(file) == whole));
+  CHECK((content_of(other) == whole_other));
   CHECK(digest_of(on.sharded()) == before);
   CHECK(join_and_count() == 0);  // nothing is left to mend
   pass_in_parts(on, {.name = "normals"});
@@ -192,7 +177,7 @@ TEST_CASE("ShardedStore_OfCompressedBlocks_IsMendedByAPartThatHasThemInAnotherOr
   plan_again(on.sharded(), plan, default_backends());
   make_in_other_order();
   CHECK(join_and_count() == 1);
-  CHECK((bytes_of(file) == whole));
+  CHECK((content_of(file) == whole));
   CHECK(check_store(on.sharded(), default_backends()).damaged.empty());
   CHECK(check_store(on.sharded(), default_backends()).left_over.empty());
 }

@@ -237,9 +237,7 @@ TEST_CASE("PassPartsAndJoin_ShortAndInterruptedTransfers_ChangeNoRecord", "[thre
   {
     const ShortAndInterrupted hook(100);
     make_parts(planned.plan);
-    JoinOptions options;
-    options.verify = true;
-    REQUIRE(join(planned.plan, planned.on.sharded(), options).has_store);
+    REQUIRE(join(planned.plan, planned.on.sharded(), {.verify = true}).has_store);
     CHECK(hook.operations() > 500);
   }
   CHECK(digest_of(planned.on.sharded()) == expected);
@@ -269,11 +267,11 @@ TEST_CASE("PassPart_FilesOfTheCommitNotVisibleYet_FailsAndEndsWellLater") {
 TEST_CASE("PassPart_ManifestOfTheVersionBeforeStillVisible_IsRefused") {
   const PlannedPasses planned;
   const std::filesystem::path manifest = planned.on.sharded() / "manifest";
-  const std::string old = bytes_of(manifest);
+  const std::string old = content_of(manifest);
   make_parts(planned.plan);
   REQUIRE(join(planned.plan, planned.on.sharded()).has_store);
   const std::filesystem::path next = planned.on.plan(kSmooth, "next");
-  const std::string now = bytes_of(manifest);
+  const std::string now = content_of(manifest);
   std::ofstream(manifest, std::ios::binary) << old;
   const Error error = error_of([&] { make_part(next, 1, {}, default_backends()); });
   INFO(error.what());

@@ -14,7 +14,6 @@
 #include <initializer_list>
 #include <iterator>
 #include <map>
-#include <mutex>
 #include <set>
 #include <span>
 #include <string>
@@ -22,12 +21,11 @@
 #include <vector>
 
 #include "engine/store/forge.h"
-#include "engine/store/format_reader.h"
 #include "format/checksum.h"
 #include "format/manifest.h"
 #include "format/version_description.h"
 #include "format/version_file.h"
-#include "io/file_operations.h"
+#include "jobs/pass_surfaces.h"
 #include "parts/done_file.h"
 #include "parts/plan_file.h"
 #include "plait/compression.h"
@@ -35,7 +33,6 @@
 #include "plait/error.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/store_access.h"
-#include "plait/mesh_io.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
 #include "plait/subdivision_job.h"
@@ -43,97 +40,45 @@
 #include "support/answering_operations.h"
 #include "support/before_operation.h"
 #include "support/error_of.h"
+#include "support/file_bytes.h"
 #include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
-namespace plait::test {
+namespace plait::test::parts {
 namespace {
 
-namespace fs = std::filesystem;
+using namespace plait::test::passes;
 using Numbers = std::vector<std::uint32_t>;
 
-struct Work {
-  fs::path mesh;
-  int levels = 3;
-  bool normals = true, limit = false;
-  Scheme scheme = {};
-  std::optional<std::uint64_t> max_slot_bytes = 100;  // refines the base mesh in memory
+/// A surface in a directory of its own: a small sheet, with normals.
+struct Work : Surfaces {
+  TemporaryDirectory here{Medium::kMemory};
+  fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+
+  explicit Work(const IndexedMesh& surface = random_sheet(5, 60)) {
+    directory = here.path();
+    mesh = directory / "mesh.ply";
+    normals = true;
+    write_ply(mesh, surface);
+  }
+  PartsPlan make_plan(std::uint32_t parts) const {
+    return plan_parts(request(parts, "plan"), default_backends());
+  }
 };
 
-/// Writes a mesh to a file, because a plan reads one.
-fs::path write_mesh(const fs::path& directory, const IndexedMesh& mesh) {
-  fs::path path = directory / "mesh.ply";
-  write_ply(path, mesh);
-  return path;
-}
-
-PartsRequest request_of(const Work& work, const fs::path& plan, std::uint32_t parts) {
-  PartsRequest request;
-  request.mesh = work.mesh;
-  request.plan = plan;
-  request.parts = parts;
-  request.levels = work.levels;
-  request.scheme = work.scheme;
-  request.normals = work.normals;
-  request.limit = work.limit;
-  request.max_slot_bytes = work.max_slot_bytes;
-  request.block_bytes = 4 << 10;
-  return request;
-}
-
-/// What one process makes; returns its digest.
-std::string make_whole(const Work& work, const fs::path& store) {
-  SubdivisionRequest request;
-  request.mesh = work.mesh;
-  request.store = store;
-  request.levels = work.levels;
-  request.scheme = work.scheme;
-  request.normals = work.normals;
-  request.limit = work.limit;
-  request.max_slot_bytes = work.max_slot_bytes;
-  request.block_bytes = 4 << 10;
-  request.backend = "pread";
-  request.layout = LayoutKind::kHilbert;
-  request.digest = true;
-  return SubdivisionJob(request, default_backends()).run().digest;
-}
-
 void make_all(const fs::path& plan, std::uint32_t parts, int threads = 1) {
-  PartOptions options;
-  options.threads = threads;
   for (std::uint32_t part = 0; part < parts; ++part)
-    make_part(plan, part, options, default_backends());
+    make_part(plan, part, {.threads = threads}, default_backends());
 }
 
-JoinResult join(const fs::path& plan, const fs::path& store, const JoinOptions& options = {}) {
-  return join_parts(plan, store, options, default_backends());
-}
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-/// The files of a store that say nothing of its UUID: levels and base records.
-std::map<std::string, std::string> records_of(const fs::path& store) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(store))
-    if (const std::string name = entry.path().filename();
-        name.starts_with("attribute") || name == "base.mesh")
-      files[name] = bytes_of(entry.path());
-  return files;
-}
-
-/// A reader written from docs/format.md finds the same in the shards as in one piece.
-void check_by_format(const fs::path& sharded, const fs::path& whole) {
-  const format::Store shards = format::read_store(sharded), one = format::read_store(whole);
-  REQUIRE(shards.attributes.size() == one.attributes.size());
-  for (std::size_t at = 0; at < one.attributes.size(); ++at) {
-    CHECK(shards.attributes[at].levels == one.attributes[at].levels);
-    CHECK(shards.attributes[at].base == one.attributes[at].base);
+/// A plan of the sheet whose parts are all made.
+struct Made : Work {
+  explicit Made(std::uint32_t parts) {
+    make_plan(parts);
+    make_all(plan, parts);
   }
-}
+};
 
 /// One read of all blocks of a level crosses all cuts.
 void check_range_of_blocks(const Store& sharded, const Store& whole) {
@@ -147,37 +92,34 @@ void check_range_of_blocks(const Store& sharded, const Store& whole) {
   CHECK(bytes(sharded) == bytes(whole));
 }
 
-void check_parts(const Work& work, const fs::path& directory, std::uint32_t parts,
-                 const std::string& expected, const std::map<std::string, std::string>& files) {
+void check_parts(const Work& work, std::uint32_t parts, const std::string& expected,
+                 const std::map<std::string, std::string>& files) {
   CAPTURE(parts);
-  const fs::path plan = directory / "plan", store = directory / "joined.plait";
-  plan_parts(request_of(work, plan, parts), default_backends());
-  make_all(plan, parts, parts % 2 == 0 ? 2 : 1);
-  JoinOptions verified;
-  verified.verify = true;
-  const JoinResult joined = join(plan, store, verified);
+  work.make_plan(parts);
+  make_all(work.plan, parts, parts % 2 == 0 ? 2 : 1);
+  const JoinResult joined = join(work.plan, work.path, {.verify = true});
   REQUIRE(joined.has_store);
   CHECK(joined.digest == expected);
-  const Store opened = Store::open(store, {}, default_backends());
-  CHECK(digest(opened).to_string() == expected);
-  const StoreCheck check = check_store(store, default_backends());
-  CHECK(check.damaged.empty());
-  CHECK(check.left_over.empty());
-  JoinOptions concat;
-  concat.concat = true;
-  REQUIRE(join(plan, directory / "one.plait", concat).has_store);
-  check_by_format(store, directory / "one.plait");
-  check_range_of_blocks(opened, Store::open(directory / "one.plait", {}, default_backends()));
-  CHECK(records_of(directory / "one.plait") == files);
-  for (const char* const made : {"plan", "joined.plait", "one.plait"})
-    fs::remove_all(directory / made);
+  const fs::path one = work.directory / "one.plait";
+  {
+    const Store opened = Store::open(work.path, {}, default_backends());
+    CHECK(digest(opened).to_string() == expected);
+    const StoreCheck check = check_store(work.path, default_backends());
+    CHECK(check.damaged.empty());
+    CHECK(check.left_over.empty());
+    REQUIRE(join(work.plan, one, {.concat = true}).has_store);
+    check_by_format(work.path, one);
+    check_range_of_blocks(opened, Store::open(one, {}, default_backends()));
+  }
+  CHECK(record_files(one) == files);
+  for (const fs::path& made : {work.plan, work.path, one}) fs::remove_all(made);
 }
 
-void check_work(const Work& work, const fs::path& directory, const Numbers& numbers) {
-  const std::string expected = make_whole(work, directory / "whole.plait");
-  const auto files = records_of(directory / "whole.plait");
-  for (const std::uint32_t parts : numbers) check_parts(work, directory, parts, expected, files);
-  fs::remove_all(directory / "whole.plait");
+void check_work(const Work& work, const Numbers& numbers) {
+  const std::string expected = work.make_whole();
+  const auto files = record_files(work.whole());
+  for (const std::uint32_t parts : numbers) check_parts(work, parts, expected, files);
+  fs::remove_all(work.whole());
 }
 
 JoinResult refused_join(const fs::path& directory, const fs::path& plan) {
@@ -192,17 +134,9 @@ Numbers wrong_parts(const fs::path& directory, const fs::path& plan) {
   return refused_join(directory, plan).bad;
 }
 
-fs::path directory_of(const fs::path& plan, std::uint32_t part) {
-  for (const auto& entry : fs::directory_iterator(plan))
-    if (entry.path().filename().native().starts_with("part." + std::to_string(part) + "-"))
-      return entry.path();
-  FAIL("part " << part << " has no directory");
-  return {};
-}
-
 /// Replaces bytes of a file of a plan by as many others, and makes its checksum right.
 void forge(const fs::path& path, const std::string& from, const std::string& to) {
-  std::string bytes = bytes_of(path);
+  std::string bytes = content_of(path);
   const std::size_t at = bytes.find(from);
   REQUIRE(at != std::string::npos);
   REQUIRE(from.size() == to.size());
@@ -211,109 +145,85 @@ void forge(const fs::path& path, const std::string& from, const std::string& to)
   const std::size_t end = bytes.size() - sizeof checksum;
   checksum = checksum_of(std::as_bytes(std::span(bytes)).first(end));
   bytes.replace(end, sizeof checksum, reinterpret_cast<const char*>(&checksum), sizeof checksum);
-  std::ofstream(path, std::ios::binary) << bytes;
+  write_content(path, bytes);
 }
-
-/// Collects the paths that file operations change.
-class ChangedPaths final : public FileOperationHook {
- public:
-  ChangedPaths() { set_file_operation_hook(this); }
-  ~ChangedPaths() { set_file_operation_hook(nullptr); }
-  Verdict before(const FileOperation& operation) noexcept override {
-    if (is_harmless(operation.kind)) return {};
-    const std::scoped_lock lock(mutex_);
-    paths.insert(operation.path);
-    if (operation.to != nullptr) paths.insert(*operation.to);
-    return {};
-  }
-  void after(const FileOperation&) noexcept override {}
-
-  std::set<fs::path> paths;
-
- private:
-  std::mutex mutex_;
-};
 
 }  // namespace
 
 TEST_CASE("Parts_OfAnyNumber_GiveTheRecordsOfOneProcess", "[threads]") {
-  const TemporaryDirectory here(Medium::kMemory);
   Work work;
-  work.mesh = write_mesh(here.path(), random_sheet(5, 60));
   SECTION("Loop with normals, a mesh with border") {
-    check_work(work, here.path(), unless_sanitized(Numbers{1, 2, 3, 7, 16, 64}, Numbers{2, 7}));
+    check_work(work, unless_sanitized(Numbers{1, 2, 3, 7, 16, 64}, Numbers{2, 7}));
   }
   SECTION("limit positions") {
     work.limit = true;
     work.normals = false;
-    check_work(work, here.path(), unless_sanitized(Numbers{3, 16}, Numbers{3}));
+    check_work(work, unless_sanitized(Numbers{3, 16}, Numbers{3}));
   }
   SECTION("Butterfly") {
     work.scheme = scheme_from_name("butterfly");
-    check_work(work, here.path(), unless_sanitized(Numbers{2, 7}, Numbers{2}));
+    check_work(work, unless_sanitized(Numbers{2, 7}, Numbers{2}));
   }
   SECTION("Midpoint, without refinement of the base mesh") {
     work.scheme = scheme_from_name("midpoint");
     work.max_slot_bytes = std::nullopt;
-    check_work(work, here.path(), unless_sanitized(Numbers{2, 7}, Numbers{2}));
+    check_work(work, unless_sanitized(Numbers{2, 7}, Numbers{2}));
   }
   SECTION("a closed mesh") {
-    work.mesh = write_mesh(here.path(), random_sphere(3, 80));
-    check_work(work, here.path(), unless_sanitized(Numbers{3, 64}, Numbers{16}));
+    write_ply(work.mesh, random_sphere(3, 80));
+    check_work(work, unless_sanitized(Numbers{3, 64}, Numbers{16}));
   }
 }
 
 TEST_CASE("Parts_OfALargeBaseMesh_TakeItReadyFromThePlan") {
-  const TemporaryDirectory directory(Medium::kMemory);
-  Work work{write_mesh(directory.path(), torus_grid(128, 64)), 2};
+  Work work(torus_grid(128, 64));
+  work.levels = 2;
   work.max_slot_bytes = std::nullopt;
-  const std::string expected = make_whole(work, directory.path() / "whole.plait");
-  const fs::path plan = directory.path() / "plan", store = directory.path() / "joined.plait";
-  plan_parts(request_of(work, plan, 3), default_backends());
-  const std::string index = bytes_of(plan / "base.index");
+  const std::string expected = work.make_whole();
+  const fs::path& plan = work.plan;
+  work.make_plan(3);
+  const std::string index = content_of(plan / "base.index");
   CHECK_FALSE(index.empty());
-  CHECK(index == bytes_of(directory.path() / "whole.plait" / "base.index"));
+  CHECK(index == content_of(work.whole() / "base.index"));
   std::string damaged = index;
   damaged[damaged.size() / 2] ^= 1;
-  std::ofstream(plan / "base.index", std::ios::binary) << damaged;
+  write_content(plan / "base.index", damaged);
   const Error error = error_of([&] { make_part(plan, 0, {}, default_backends()); });
   CHECK(error.code() == ErrorCode::kCorruption);
   CHECK(std::string(error.what()).find("base.index") != std::string::npos);
   fs::remove(plan / "base.index");
   make_part(plan, 0, {}, default_backends());
-  std::ofstream(plan / "base.index", std::ios::binary) << index;
+  write_content(plan / "base.index", index);
   make_all(plan, 3);
-  CHECK(join(plan, store).digest == expected);
-  CHECK(bytes_of(store / "base.index") == index);
-  CHECK(digest(Store::open(store, {}, default_backends())).to_string() == expected);
-  CHECK(check_store(store, default_backends()).damaged.empty());
-  format::read_store(store);
+  CHECK(join(plan, work.path).digest == expected);
+  CHECK(content_of(work.path / "base.index") == index);
+  CHECK(digest_of(work.path) == expected);
+  CHECK(check_store(work.path, default_backends()).damaged.empty());
+  format::read_store(work.path);
 }
 
 TEST_CASE("Part_OfALargeBaseMesh_ReadsWhatItsEdgesNeed") {
-  const TemporaryDirectory directory(Medium::kMemory);
-  Work work{write_mesh(directory.path(), torus_grid(400, 250)), 1};
+  Work work(torus_grid(400, 250));
+  work.levels = 1;
   work.max_slot_bytes = std::nullopt;
-  const fs::path plan = directory.path() / "plan";
+  const fs::path& plan = work.plan;
   constexpr std::uint32_t kParts = 16;
-  plan_parts(request_of(work, plan, kParts), default_backends());
-  const std::string index = bytes_of(plan / "base.index");
+  work.make_plan(kParts);
+  const std::string index = content_of(plan / "base.index");
   // Every seventh page is damaged in turn; a part stumbles over the few that it reads, and is right
   // otherwise.
   std::map<std::uint32_t, std::string> digests;
   for (const std::uint32_t part : {0u, kParts - 1})
     digests[part] = make_part(plan, part, {}, default_backends()).digest;
   std::size_t refused = 0, made = 0;
-  PartOptions again;
-  again.again = true;
   for (std::size_t at = index.size() - 7; at > (448u << 10); at -= 448u << 10) {
     std::string damaged = index;
     damaged[at] ^= 1;
-    std::ofstream(plan / "base.index", std::ios::binary) << damaged;
+    write_content(plan / "base.index", damaged);
     for (const auto& [part, digest] : digests) {
       CAPTURE(at, part);
       try {
-        const std::string found = make_part(plan, part, again, default_backends()).digest;
+        const std::string found = make_part(plan, part, {.again = true}, default_backends()).digest;
         CHECK(found == digest);
         ++made;
       } catch (const Error& error) {
@@ -328,44 +238,37 @@ TEST_CASE("Part_OfALargeBaseMesh_ReadsWhatItsEdgesNeed") {
 }
 
 TEST_CASE("Parts_MoreThanAreOpenAtOnce_GiveTheRecordsOfOneProcess", "[threads]") {
-  const TemporaryDirectory here(Medium::kMemory);
-  Work work;
-  work.mesh = write_mesh(here.path(), random_sheet(9, unless_sanitized(900u, 300u)));
+  Work work(random_sheet(9, unless_sanitized(900u, 300u)));
   work.levels = 2;
   work.normals = false;
   work.max_slot_bytes = std::nullopt;
-  check_work(work, here.path(), {unless_sanitized(200u, 70u)});
+  check_work(work, {unless_sanitized(200u, 70u)});
 }
 
 TEST_CASE("Parts_Compressed_GiveTheRecordsOfOneProcess") {
-  const TemporaryDirectory here(Medium::kMemory);
-  Work work;
-  work.mesh = write_mesh(here.path(), random_sheet(5, 60));
-  const std::string expected = make_whole(work, here.path() / "whole.plait");
-  PartsRequest request = request_of(work, here.path() / "plan", 7);
-  request.pipeline_of = [](const AttributeSchema& schema) {
-    return LevelPipelines(preset_pipeline("fast", schema));
+  const Work work;
+  const std::string expected = work.make_whole();
+  PartsRequest request = work.request(7, "plan");
+  const auto use = [&](const std::string& preset) {
+    request.pipeline_of = [preset](const AttributeSchema& schema) {
+      return LevelPipelines(preset_pipeline(preset, schema));
+    };
   };
+  use("fast");
   plan_parts(request, default_backends());
   make_all(request.plan, 7);
-  JoinOptions options;
-  options.verify = true;
-  REQUIRE(join(request.plan, here.path() / "s.plait", options).has_store);
-  CHECK(digest(Store::open(here.path() / "s.plait", {}, default_backends())).to_string() ==
-        expected);
-  request.plan = here.path() / "refused";
-  request.pipeline_of = [](const AttributeSchema& schema) {
-    return LevelPipelines(preset_pipeline("small", schema));
-  };
+  REQUIRE(join(request.plan, work.path, {.verify = true}).has_store);
+  CHECK(digest_of(work.path) == expected);
+  request.plan = work.directory / "refused";
+  use("small");
   CHECK(error_of([&] { plan_parts(request, default_backends()); }).code() ==
         ErrorCode::kNotSupported);
   CHECK_FALSE(fs::exists(request.plan));
 }
 
 TEST_CASE("Plan_BlockSizeThatNoStoreHas_IsRefusedBeforeAnyPartIsMade") {
-  const TemporaryDirectory here(Medium::kMemory);
-  PartsRequest request =
-      request_of({write_mesh(here.path(), random_sheet(5, 60))}, here.path() / "plan", 2);
+  const Work work;
+  PartsRequest request = work.request(2, "plan");
   for (const std::uint64_t bytes : {1u, 2048u, 5000u, 1u << 31}) {
     request.block_bytes = bytes;
     CAPTURE(bytes);
@@ -376,18 +279,15 @@ TEST_CASE("Plan_BlockSizeThatNoStoreHas_IsRefusedBeforeAnyPartIsMade") {
 }
 
 TEST_CASE("Part_MadeTwiceOrByTwoAtOnce_IsMadeOnce", "[threads]") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan";
-  plan_parts(request_of(work, plan, 2), default_backends());
+  const Work work;
+  const fs::path& plan = work.plan;
+  work.make_plan(2);
   const PartResult first = make_part(plan, 0, {}, default_backends());
   CHECK_FALSE(first.was_done);
   const PartResult second = make_part(plan, 0, {}, default_backends());
   CHECK(second.was_done);
   CHECK(second.digest == first.digest);
-  PartOptions again;
-  again.again = true;
-  const PartResult third = make_part(plan, 0, again, default_backends());
+  const PartResult third = make_part(plan, 0, {.again = true}, default_backends());
   CHECK_FALSE(third.was_done);
   CHECK(third.digest == first.digest);
   {
@@ -395,46 +295,46 @@ TEST_CASE("Part_MadeTwiceOrByTwoAtOnce_IsMadeOnce", "[threads]") {
     for (std::jthread& one : racing)
       one = std::jthread([&] { make_part(plan, 1, {}, default_backends()); });
   }
-  CHECK(join(plan, here.path() / "s.plait").digest == make_whole(work, here.path() / "w.plait"));
+  CHECK(join(plan, work.path).digest == work.make_whole());
   std::size_t directories = 0;
   for (const auto& entry : fs::directory_iterator(plan)) directories += entry.is_directory();
   CHECK(directories == 2);
 }
 
 TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan", other = here.path() / "other";
+  const Work work;
+  const fs::path& plan = work.plan;
+  const fs::path other = work.directory / "other";
   constexpr std::uint32_t kParts = 6;
-  plan_parts(request_of(work, plan, kParts), default_backends());
+  work.make_plan(kParts);
   for (const std::uint32_t part : {0u, 2u}) make_part(plan, part, {}, default_backends());
-  const JoinResult missing = join(plan, here.path() / "s.plait");
+  const JoinResult missing = join(plan, work.path);
   CHECK(missing.missing == Numbers{1, 3, 4, 5});
   CHECK(missing.again() == "1,3-5");
   make_all(plan, kParts);
   SECTION("a file of a level is cut") {
     const fs::path file = directory_of(plan, 3) / "attribute0.levels.1.shard3";
     fs::resize_file(file, fs::file_size(file) - 1);
-    CHECK(wrong_parts(here.path(), plan) == Numbers{3});
+    CHECK(wrong_parts(work.directory, plan) == Numbers{3});
     CHECK_FALSE(make_part(plan, 3, {}, default_backends()).was_done);
-    CHECK(join(plan, here.path() / "s.plait").has_store);
+    CHECK(join(plan, work.path).has_store);
   }
   SECTION("a file of a level, the tables or done.I are missing") {
     fs::remove(directory_of(plan, 2) / "attribute1.levels.1.shard2");
     fs::remove(directory_of(plan, 4) / "version.1.shard4");
     fs::remove(plan / "done.5");
-    CHECK(wrong_parts(here.path(), plan) == Numbers{2, 4});
-    CHECK(join(plan, here.path() / "s.plait").again() == "2,4-5");
+    CHECK(wrong_parts(work.directory, plan) == Numbers{2, 4});
+    CHECK(join(plan, work.path).again() == "2,4-5");
   }
   SECTION("done.I is cut") {
     fs::resize_file(plan / "done.1", fs::file_size(plan / "done.1") - 1);
-    CHECK(wrong_parts(here.path(), plan) == Numbers{1});
+    CHECK(wrong_parts(work.directory, plan) == Numbers{1});
   }
   SECTION("two parts are exchanged") {
     fs::rename(plan / "done.1", plan / "x");
     fs::rename(plan / "done.2", plan / "done.1");
     fs::rename(plan / "x", plan / "done.2");
-    const JoinResult joined = refused_join(here.path(), plan);
+    const JoinResult joined = refused_join(work.directory, plan);
     REQUIRE(joined.bad == Numbers{1, 2});
     CHECK_THAT(joined.reasons[0], Catch::Contains("expected part 1, found part 2"));
   }
@@ -443,35 +343,33 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     fs::rename(a, plan / "x");
     fs::rename(b, a);
     fs::rename(plan / "x", b);
-    CHECK(wrong_parts(here.path(), plan) == Numbers{1, 2});
+    CHECK(wrong_parts(work.directory, plan) == Numbers{1, 2});
   }
   SECTION("a part is of another plan") {
-    plan_parts(request_of(work, other, kParts), default_backends());
+    work.plan_shards(kParts, "other");
     make_part(other, 4, {}, default_backends());
     fs::copy_file(other / "done.4", plan / "done.4", fs::copy_options::overwrite_existing);
     fs::copy(directory_of(other, 4), plan / directory_of(other, 4).filename());
-    CHECK(wrong_parts(here.path(), plan) == Numbers{4});
+    CHECK(wrong_parts(work.directory, plan) == Numbers{4});
   }
   SECTION("done.I names a directory that is not a part's") {
     const Directory directory = open_plan_directory(plan);
     const PlanFile file = read_plan_file(directory);
     DoneFile done = *read_done_part(directory, file, 1);
-    fs::copy(directory_of(plan, 1), here.path());
+    fs::copy(directory_of(plan, 1), work.directory);
     done.directory = "..";
     const std::vector<std::byte> bytes = encode_done_file(file, done);
     std::ofstream(plan / "done.1", std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()),
                static_cast<std::streamsize>(bytes.size()));
-    CHECK(wrong_parts(here.path(), plan) == Numbers{1});
-    PartOptions again;
-    again.again = true;
-    make_part(plan, 1, again, default_backends());
-    CHECK(fs::exists(here.path() / "version.1.shard1"));
-    CHECK(join(plan, here.path() / "s.plait").has_store);
+    CHECK(wrong_parts(work.directory, plan) == Numbers{1});
+    make_part(plan, 1, {.again = true}, default_backends());
+    CHECK(fs::exists(work.directory / "version.1.shard1"));
+    CHECK(join(plan, work.path).has_store);
   }
   SECTION("links and FIFOs are no files of a part") {
     const auto replace_by_link = [&](const fs::path& path) {
-      const fs::path moved = here.path() / ("moved" + path.filename().native());
+      const fs::path moved = work.directory / ("moved" + path.filename().native());
       fs::rename(path, moved);
       fs::create_symlink(moved, path);
     };
@@ -484,22 +382,21 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
     fs::remove(plan / "done.5");
     REQUIRE(::mkfifo((plan / "done.5").c_str(), 0600) == 0);
-    CHECK(wrong_parts(here.path(), plan) == Numbers{0, 1, 2, 3, 4, 5});
+    CHECK(wrong_parts(work.directory, plan) == Numbers{0, 1, 2, 3, 4, 5});
     make_all(plan, kParts);
-    CHECK(join(plan, here.path() / "s.plait").has_store);
+    CHECK(join(plan, work.path).has_store);
   }
   SECTION("a file of zeros takes no time, whatever its size") {
     fs::resize_file(directory_of(plan, 1) / "records", std::uintmax_t{1} << 42);
     fs::resize_file(directory_of(plan, 2) / "version.1.shard2", std::uintmax_t{1} << 42);
     fs::resize_file(plan / "done.3", std::uintmax_t{1} << 42);
-    const JoinResult joined = refused_join(here.path(), plan);
+    const JoinResult joined = refused_join(work.directory, plan);
     REQUIRE(joined.bad == Numbers{1, 2, 3});
     CHECK_THAT(joined.reasons[0], Catch::Contains("records: expected at most"));
     CHECK_THAT(joined.reasons[1], Catch::Contains("version.1.shard2: expected at most"));
     fs::resize_file(plan / "base.mesh", std::uintmax_t{1} << 42);
     for (const auto& call : std::initializer_list<std::function<void()>>{
-             [&] { join(plan, here.path() / "s.plait"); },
-             [&] { make_part(plan, 1, {}, default_backends()); }}) {
+             [&] { join(plan, work.path); }, [&] { make_part(plan, 1, {}, default_backends()); }}) {
       const Error error = error_of(call);
       CHECK(error.code() == ErrorCode::kCorruption);
       CHECK_THAT(error.what(), Catch::Contains("hole"));
@@ -511,7 +408,7 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     forge(plan / "done.2", "attribute1.levels.1.shard2", "attribute0.levels.1.shard2");  // twice
     forge(plan / "done.3", "part.3-", "part.3/");
     forge(plan / "done.4", "normal", "normaL");  // another description than the others have
-    const JoinResult joined = refused_join(here.path(), plan);
+    const JoinResult joined = refused_join(work.directory, plan);
     REQUIRE(joined.bad == Numbers{0, 1, 2, 3, 4});
     for (const std::size_t part : {0u, 3u})
       CHECK_THAT(joined.reasons[part], Catch::Contains("the directory is part."));
@@ -519,28 +416,24 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
       CHECK_THAT(joined.reasons[part], Catch::Contains("a file is attribute0."));
   }
   SECTION("the plan is another one with the same UUID") {
-    const std::string bytes = bytes_of(plan / "plan");
+    const std::string bytes = content_of(plan / "plan");
     const std::string seconds =
         bytes.substr(bytes.size() - 16, 8);  // of the last part, not in done.I
     forge(plan / "plan", seconds, std::string(8, '\1'));
-    const JoinResult joined = refused_join(here.path(), plan);
+    const JoinResult joined = refused_join(work.directory, plan);
     REQUIRE(joined.bad == Numbers{0, 1, 2, 3, 4, 5});
     CHECK_THAT(joined.reasons[0], Catch::Contains("of another plan"));
   }
   SECTION("a block is damaged, which only --verify reads") {
-    const fs::path file = directory_of(plan, 5) / "attribute0.levels.1.shard5";
-    std::string bytes = bytes_of(file);
-    bytes[40] = static_cast<char>(bytes[40] ^ 1);
-    std::ofstream(file, std::ios::binary) << bytes;
-    JoinOptions options;
-    options.verify = true;
-    const JoinResult joined = join(plan, here.path() / "s.plait", options);
+    flip_byte(directory_of(plan, 5) / "attribute0.levels.1.shard5", 40);
+    const JoinOptions options{.verify = true};
+    const JoinResult joined = join(plan, work.path, options);
     CHECK(joined.bad == Numbers{5});
-    CHECK_FALSE(fs::exists(here.path() / "s.plait"));
+    CHECK_FALSE(fs::exists(work.path));
     SECTION("while other parts are missing or bad") {
       fs::remove(plan / "done.2");
       forge(plan / "done.3", "part.3-", "part.3/");
-      const JoinResult early = join(plan, here.path() / "s.plait", options);
+      const JoinResult early = join(plan, work.path, options);
       CHECK(early.missing == Numbers{2});
       REQUIRE(early.bad == Numbers{3, 5});
       CHECK_THAT(early.reasons[0], Catch::Contains("the directory is part."));
@@ -548,29 +441,22 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     }
   }
   SECTION("the base mesh is another one") {
-    std::string bytes = bytes_of(plan / "base.mesh");
-    bytes.back() = static_cast<char>(bytes.back() ^ 1);
-    std::ofstream(plan / "base.mesh", std::ios::binary) << bytes;
-    CHECK(error_of([&] { join(plan, here.path() / "s.plait"); }).code() == ErrorCode::kCorruption);
-    PartOptions again;
-    again.again = true;
-    CHECK(error_of([&] { make_part(plan, 0, again, default_backends()); }).code() ==
+    flip_byte(plan / "base.mesh",
+              static_cast<std::streamoff>(fs::file_size(plan / "base.mesh")) - 1);
+    CHECK(error_of([&] { join(plan, work.path); }).code() == ErrorCode::kCorruption);
+    CHECK(error_of([&] { make_part(plan, 0, {.again = true}, default_backends()); }).code() ==
           ErrorCode::kCorruption);
   }
 }
 
 TEST_CASE("Join_RunAgain_FindsItsStoreAndChangesNothing") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
-  plan_parts(request_of(work, plan, 5), default_backends());
-  make_all(plan, 5);
+  const Made work(5);
+  const fs::path &plan = work.plan, &path = work.path;
   const JoinResult first = join(plan, path);
   REQUIRE(first.has_store);
   CHECK_FALSE(first.was_joined);
   const auto written = fs::last_write_time(path);
-  JoinOptions verify;
-  verify.verify = true;
+  const JoinOptions verify{.verify = true};
   for (const JoinOptions& options : {JoinOptions(), verify}) {
     const JoinResult again = join(plan, path, options);
     CHECK(again.has_store);
@@ -579,50 +465,41 @@ TEST_CASE("Join_RunAgain_FindsItsStoreAndChangesNothing") {
   }
   CHECK(fs::last_write_time(path) == written);
   SECTION("a block of the store is damaged, which only --verify reads") {
-    // The store has a file of its own: the part has the bytes of before.
-    const fs::path file = path / "attribute0.levels.1.shard4";
-    std::string bytes = bytes_of(file);
-    bytes[40] = static_cast<char>(bytes[40] ^ 1);
-    fs::remove(file);
-    std::ofstream(file, std::ios::binary) << bytes;
+    damage_own(path / "attribute0.levels.1.shard4", 40);
     CHECK(join(plan, path).was_joined);
     const Error error = error_of([&] { join(plan, path, verify); });
     CHECK(error.code() == ErrorCode::kCorruption);
     CHECK_THAT(error.what(), Catch::Contains("position at level 2"));
   }
   SECTION("the name belongs to another store, or to none") {
-    const fs::path other = here.path() / "other";
-    plan_parts(request_of(work, other, 5), default_backends());
+    const fs::path other = work.directory / "other";
+    work.plan_shards(5, "other");
     make_all(other, 5);
     CHECK(error_of([&] { join(other, path); }).code() == ErrorCode::kInvalidArgument);
-    fs::create_directory(here.path() / "none");
-    std::ofstream(here.path() / "none" / "notes") << "mine";
-    CHECK(error_of([&] { join(plan, here.path() / "none"); }).code() ==
+    fs::create_directory(work.directory / "none");
+    std::ofstream(work.directory / "none" / "notes") << "mine";
+    CHECK(error_of([&] { join(plan, work.directory / "none"); }).code() ==
           ErrorCode::kInvalidArgument);
   }
   SECTION("--force makes it anew") {
-    JoinOptions force;
-    force.existing = Existing::kReplace;
-    CHECK_FALSE(join(plan, path, force).was_joined);
+    CHECK_FALSE(join(plan, path, {.existing = Existing::kReplace}).was_joined);
   }
 }
 
 // As many threads as the budget has scratch memory for; the records are the same.
 TEST_CASE("Part_MoreThreadsThanTheBudgetAllows_TakesFewerAndSaysSo", "[threads]") {
-  const TemporaryDirectory here(Medium::kMemory);
-  Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  Work work;
   work.levels = 6;
   work.max_slot_bytes = std::nullopt;
-  const fs::path plan = here.path() / "plan";
-  const PartsPlan planned = plan_parts(request_of(work, plan, 2), default_backends());
+  const fs::path& plan = work.plan;
+  const PartsPlan planned = work.make_plan(2);
   REQUIRE(planned.memory);
   CHECK(planned.memory->budget_bytes == StoreOptions().budget_bytes);
   CHECK(planned.memory->total_bytes > planned.memory->budget_bytes);
   std::vector<std::string> warnings;
-  PartOptions options;
-  options.threads = 64;
-  options.budget_bytes = 8 << 20;
-  options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  PartOptions options{.budget_bytes = 8 << 20,
+                      .threads = 64,
+                      .warn = [&](const std::string& warning) { warnings.push_back(warning); }};
   const std::string few = make_part(plan, 1, options, default_backends()).digest;
   REQUIRE(!warnings.empty());
   CHECK_THAT(warnings[0], Catch::Contains("threads of 64") && Catch::Contains("--memory"));
@@ -635,14 +512,10 @@ TEST_CASE("Part_MoreThreadsThanTheBudgetAllows_TakesFewerAndSaysSo", "[threads]"
 }
 
 TEST_CASE("Join_InOnePieceRunAgain_FindsItsStore") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait",
-                 shards = here.path() / "shards.plait", other = here.path() / "other";
-  plan_parts(request_of(work, plan, 3), default_backends());
-  make_all(plan, 3);
-  JoinOptions concat;
-  concat.concat = true;
+  const Made work(3);
+  const fs::path &plan = work.plan, &path = work.path;
+  const fs::path shards = work.directory / "shards.plait", other = work.directory / "other";
+  JoinOptions concat{.concat = true};
   const JoinResult first = join(plan, path, concat);
   CHECK_FALSE(first.was_joined);
   for (const bool verify : {false, true}) {
@@ -656,7 +529,7 @@ TEST_CASE("Join_InOnePieceRunAgain_FindsItsStore") {
   REQUIRE(join(plan, shards).has_store);
   CHECK(error_of([&] { join(plan, shards, concat); }).code() == ErrorCode::kInvalidArgument);
   CHECK(error_of([&] { join(plan, path); }).code() == ErrorCode::kInvalidArgument);
-  plan_parts(request_of(work, other, 3), default_backends());
+  work.plan_shards(3, "other");
   make_all(other, 3);
   CHECK(error_of([&] { join(other, path, concat); }).code() == ErrorCode::kInvalidArgument);
 }
@@ -669,24 +542,16 @@ fs::path unfinished_in(const fs::path& directory) {
 }
 
 TEST_CASE("Join_BesideAPartThatIsMadeAgain_ReadsItAgain") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
-  plan_parts(request_of(work, plan, 4), default_backends());
-  make_all(plan, 4);
-  const std::string digest = make_whole(work, here.path() / "w.plait");
+  const Made work(4);
+  const fs::path &plan = work.plan, &path = work.path;
+  const std::string digest = work.make_whole();
   using Kind = FileOperation::Kind;
   for (const Kind kind : {Kind::kOpen, Kind::kCreate})
     for (const bool verify : {false, true}) {
       CAPTURE(kind == Kind::kOpen, verify);
-      JoinOptions options;
-      options.verify = verify;
-      const BeforeOperation again(kind, "attribute0.levels.1.shard2", [&] {
-        PartOptions make;
-        make.again = true;
-        make_part(plan, 2, make, default_backends());
-      });
-      const JoinResult joined = join(plan, path, options);
+      const BeforeOperation again(kind, "attribute0.levels.1.shard2",
+                                  [&] { make_part(plan, 2, {.again = true}, default_backends()); });
+      const JoinResult joined = join(plan, path, {.verify = verify});
       CHECK(again.was_done());
       CHECK(joined.has_store);
       CHECK(joined.bad.empty());
@@ -696,98 +561,78 @@ TEST_CASE("Join_BesideAPartThatIsMadeAgain_ReadsItAgain") {
     }
 }
 
-/// Changes a byte of a file that may have other names.
-void damage(const fs::path& file, std::size_t at) {
-  std::string bytes = bytes_of(file);
-  bytes.at(at) = static_cast<char>(bytes.at(at) ^ 1);
-  fs::remove(file);
-  std::ofstream(file, std::ios::binary) << bytes;
-}
-
 TEST_CASE("PlanAgain_OfAStore_MendsAShardByOnePart") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait",
-                 again = here.path() / "again";
-  plan_parts(request_of(work, plan, 4), default_backends());
-  make_all(plan, 4);
+  const Made work(4);
+  const fs::path &plan = work.plan, &path = work.path;
+  const fs::path again = work.directory / "again";
   const std::string digest = join(plan, path).digest;
-  const std::map<std::string, std::string> files = records_of(path);
-  const std::string tables = bytes_of(path / "version.1.shard2");
+  const std::map<std::string, std::string> files = record_files(path);
+  const std::string tables = content_of(path / "version.1.shard2");
 
   const PartsPlan made = plan_again(path, again, default_backends());
   CHECK(made.parts.size() == 4);
-  CHECK(bytes_of(again / "plan") == bytes_of(plan / "plan"));
+  CHECK(content_of(again / "plan") == content_of(plan / "plan"));
   fs::remove_all(plan);
   const fs::path level = path / "attribute1.levels.1.shard2";
-  damage(level, 5);
+  damage_own(level, 5);
   SECTION("a file is missing too") { CHECK(fs::remove(path / "attribute0.levels.1.shard2")); }
   SECTION("a file is cut") {
     fs::resize_file(level, fs::file_size(level) / 2);
     CHECK(fs::file_size(level) > 0);
   }
   SECTION("the tables are damaged") {
-    damage(path / "version.1.shard2", 40);
-    CHECK(bytes_of(path / "version.1.shard2") != tables);
+    damage_own(path / "version.1.shard2", 40);
+    CHECK(content_of(path / "version.1.shard2") != tables);
   }
   make_part(again, 2, {}, default_backends());
   std::vector<std::string> warnings;
-  JoinOptions options;
-  options.verify = true;
-  options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  const JoinOptions options{
+      .verify = true, .warn = [&](const std::string& warning) { warnings.push_back(warning); }};
   const JoinResult mended = join(again, path, options);
   CHECK(mended.has_store);
   CHECK(mended.was_joined);
   CHECK(mended.digest == digest);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Catch::Contains("shard 2") && Catch::Contains("part 2"));
-  CHECK(records_of(path) == files);
-  CHECK(bytes_of(path / "version.1.shard2") == tables);
+  CHECK(record_files(path) == files);
+  CHECK(content_of(path / "version.1.shard2") == tables);
   CHECK(check_store(path, default_backends()).damaged.empty());
   CHECK(check_store(path, default_backends()).left_over.empty());
 }
 
 TEST_CASE("PlanAgain_PartWithOtherBlocks_MendsNothing") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
-  plan_parts(request_of(work, plan, 3), default_backends());
-  make_all(plan, 3);
+  const Made work(3);
+  const fs::path &plan = work.plan, &path = work.path;
   REQUIRE(join(plan, path).has_store);
   fs::remove_all(plan);
   plan_again(path, plan, default_backends());
   make_part(plan, 1, {}, default_backends());
   const fs::path level = path / "attribute0.levels.1.shard1";
-  damage(level, 7);
-  const std::string damaged = bytes_of(level);
+  damage_own(level, 7);
+  const std::string damaged = content_of(level);
   // The part is damaged too: its tables are right, its blocks are not.
-  damage(directory_of(plan, 1) / level.filename(), 9);
+  damage_own(directory_of(plan, 1) / level.filename(), 9);
   const Error error = error_of([&] { join(plan, path); });
   CHECK(error.code() == ErrorCode::kCorruption);
-  CHECK(bytes_of(level) == damaged);
+  CHECK(content_of(level) == damaged);
   // Readers keep the file that they have.
-  PartOptions make;
-  make.again = true;
-  make_part(plan, 1, make, default_backends());
+  make_part(plan, 1, {.again = true}, default_backends());
   {
     const Store reader = Store::open(path, {}, default_backends());
     CHECK(error_of([&] { join(plan, path); }).code() == ErrorCode::kBusy);
-    CHECK(bytes_of(level) == damaged);
+    CHECK(content_of(level) == damaged);
   }
   CHECK(join(plan, path).was_joined);
-  CHECK(bytes_of(level) != damaged);
+  CHECK(content_of(level) != damaged);
 }
 
 TEST_CASE("Join_WhoseFilesAnotherProcessRemoves_PublishesNothing") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
-  plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 3),
-             default_backends());
-  make_all(plan, 3);
+  const Made work(3);
+  const fs::path &plan = work.plan, &path = work.path;
   for (const char* const name : {"attribute0.levels.1.shard1", "version.1.shard0", "base.mesh"}) {
     CAPTURE(name);
     const BeforeOperation remove(FileOperation::Kind::kWrite, "version.1",
-                                 [&] { fs::remove(unfinished_in(here.path()) / name); });
+                                 [&] { fs::remove(unfinished_in(work.directory) / name); });
     const Error error = error_of([&] { join(plan, path); });
     CHECK(remove.was_done());
     CHECK(error.code() == ErrorCode::kBusy);
@@ -798,26 +643,21 @@ TEST_CASE("Join_WhoseFilesAnotherProcessRemoves_PublishesNothing") {
 }
 
 TEST_CASE("Join_BesideAnotherOneOfThePlan_TakesItsStore") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
-  plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 3),
-             default_backends());
-  make_all(plan, 3);
+  const Made work(3);
+  const fs::path &plan = work.plan, &path = work.path;
   const BeforeOperation other(FileOperation::Kind::kWrite, "version.1",
                               [&] { CHECK_FALSE(join(plan, path).was_joined); });
   CHECK(join(plan, path).was_joined);
   CHECK(other.was_done());
   CHECK(check_store(path, default_backends()).damaged.empty());
-  CHECK(std::distance(fs::directory_iterator(here.path()), {}) == 3);  // mesh, plan, store
+  CHECK(std::distance(fs::directory_iterator(work.directory), {}) == 3);  // mesh, plan, store
 }
 
 TEST_CASE("Part_WhoseRenameIsDoneAndCalledMissing_Stays") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const fs::path plan = here.path() / "plan";
-  plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 2),
-             default_backends());
-  PartOptions options;
-  options.again = GENERATE(false, true);
+  const Work work;
+  const fs::path& plan = work.plan;
+  work.make_plan(2);
+  PartOptions options{.again = GENERATE(false, true)};
   if (options.again) make_part(plan, 0, {}, default_backends());
   {
     // As NFS does when the answer of a rename is lost and the client asks again.
@@ -833,8 +673,8 @@ TEST_CASE("Part_WhoseRenameIsDoneAndCalledMissing_Stays") {
     CHECK(lost.answers() > 0);
   }
   make_part(plan, 1, {}, default_backends());
-  CHECK_FALSE(join(plan, here.path() / "s.plait").was_joined);
-  CHECK(check_store(here.path() / "s.plait", default_backends()).damaged.empty());
+  CHECK_FALSE(join(plan, work.path).was_joined);
+  CHECK(check_store(work.path, default_backends()).damaged.empty());
   // A file that is missing indeed is an error.
   const AnsweringOperations missing(FileOperation::Kind::kRename, ENOENT);
   options.again = true;
@@ -843,32 +683,19 @@ TEST_CASE("Part_WhoseRenameIsDoneAndCalledMissing_Stays") {
 }
 
 TEST_CASE("Part_ItsFiles_AreTheOnlyOnesItChanges") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan";
-  plan_parts(request_of(work, plan, 3), default_backends());
+  const Work work;
+  const fs::path& plan = work.plan;
+  work.make_plan(3);
   make_part(plan, 0, {}, default_backends());
-  std::set<fs::path> paths;
-  {
-    ChangedPaths changed;
-    make_part(plan, 1, {}, default_backends());
-    paths = changed.paths;
-  }
-  REQUIRE_FALSE(paths.empty());
-  for (const fs::path& path : paths) {
-    CAPTURE(path);
-    const std::string name = path.lexically_relative(plan).native();
-    CHECK((name.starts_with("part.1-") || name == "done.1" || name == "."));  // it syncs "."
-  }
+  check_that_a_part_changes_only_its_files(plan);
 }
 
 // Two machines may have one name, as containers often have. What one of them is making looks like a
 // left-over to the other, if locks are not seen from machine to machine.
 TEST_CASE("Part_LeftOvers_OnlyThoseOfThisMachineAreRemoved") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const fs::path plan = here.path() / "plan";
-  plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 2),
-             default_backends());
+  const Work work;
+  const fs::path& plan = work.plan;
+  work.make_plan(2);
   make_part(plan, 0, {}, default_backends());
   // part.0-HOST-START-PROCESS.RANDOM
   const std::string name = directory_of(plan, 0).filename().native();
@@ -892,20 +719,19 @@ TEST_CASE("Part_LeftOvers_OnlyThoseOfThisMachineAreRemoved") {
   CHECK(fs::exists(in_use / "records"));
   CHECK(fs::exists(plan / other_machine / "records"));
   std::vector<std::string> warnings;
-  JoinOptions options;
-  options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
-  CHECK(join(plan, here.path() / "s.plait", options).has_store);
+  const JoinOptions options{
+      .warn = [&](const std::string& warning) { warnings.push_back(warning); }};
+  CHECK(join(plan, work.path, options).has_store);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Catch::Contains("another machine: 2;"));
 }
 
 TEST_CASE("Plan_Calibrated_HasOtherSecondsAndNothingElse") {
-  const TemporaryDirectory here(Medium::kMemory);
-  PartsRequest request =
-      request_of({write_mesh(here.path(), random_sheet(5, 60))}, here.path() / "plain", 7);
+  const Work work;
+  PartsRequest request = work.request(7, "plain");
   const PartsPlan plain = plan_parts(request, default_backends());
   CHECK_FALSE(plain.rates);
-  request.plan = here.path() / "measured";
+  request.plan = work.directory / "measured";
   request.calibrate = true;
   const PartsPlan measured = plan_parts(request, default_backends());
   REQUIRE(measured.rates);
@@ -925,24 +751,23 @@ TEST_CASE("Plan_Calibrated_HasOtherSecondsAndNothingElse") {
   }
   CHECK(read_parts_plan(request.plan).parts[6].seconds == measured.parts[6].seconds);
   make_all(request.plan, 7);
-  CHECK(join(request.plan, here.path() / "s.plait").has_store);
+  CHECK(join(request.plan, work.path).has_store);
 
-  request.plan = here.path() / "cancelled";
+  request.plan = work.directory / "cancelled";
   request.progress = [](const Progress&) { return false; };
   CHECK(error_of([&] { plan_parts(request, default_backends()); }).code() == ErrorCode::kCancelled);
   std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(here.path()))
+  for (const auto& entry : fs::directory_iterator(work.directory))
     names.insert(entry.path().filename());
   CHECK(names == std::set<std::string>{"mesh.ply", "plain", "measured", "s.plait"});
 }
 
 TEST_CASE("ShardedStore_WithHundredsOfFiles_KeepsFewOpen") {
-  const TemporaryDirectory here(Medium::kMemory);
-  Work work{write_mesh(here.path(), random_sheet(9, 400))};
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  Work work(random_sheet(9, 400));
+  const fs::path &plan = work.plan, &path = work.path;
   work.max_slot_bytes = std::nullopt;
   constexpr std::uint32_t kParts = 100;
-  plan_parts(request_of(work, plan, kParts), default_backends());
+  work.make_plan(kParts);
   make_all(plan, kParts);
   REQUIRE(join(plan, path).has_store);
   const auto open_files = [] {
@@ -957,18 +782,13 @@ TEST_CASE("ShardedStore_WithHundredsOfFiles_KeepsFewOpen") {
 }
 
 TEST_CASE("ShardedStore_OneDamagedTable_ConcernsOnlyItsShard") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
-  plan_parts(request_of(work, plan, 5), default_backends());
-  make_all(plan, 5);
+  const Made work(5);
+  const fs::path &plan = work.plan, &path = work.path;
   REQUIRE(join(plan, path).has_store);
   fs::remove_all(plan);
   const auto expected = digest(Store::open(path, {}, default_backends()));
   // Writers are refused in words; a whole store has nothing to repair.
-  OpenOptions writable;
-  writable.writable = true;
-  CHECK(error_of([&] { Store::open(path, writable, default_backends()); }).code() ==
+  CHECK(error_of([&] { Store::open(path, {.writable = true}, default_backends()); }).code() ==
         ErrorCode::kNotSupported);
   const RepairReport whole = repair(path, {}, default_backends());
   CHECK(whole.whole());
@@ -976,16 +796,12 @@ TEST_CASE("ShardedStore_OneDamagedTable_ConcernsOnlyItsShard") {
   CHECK(whole.rebuilt_count == 0);
   CHECK(digest(Store::open(path, {}, default_backends())) == expected);
 
-  std::string bytes = bytes_of(path / "version.1.shard2");
-  bytes[100] = static_cast<char>(bytes[100] ^ 1);
-  std::ofstream(path / "version.1.shard2", std::ios::binary) << bytes;
+  flip_byte(path / "version.1.shard2", 100);
   const StoreCheck check = check_store(path, default_backends());
   REQUIRE(check.damaged.size() == 1);
   CHECK(check.damaged[0].name == "version.1.shard2");
   for (const bool dry_run : {true, false}) {
-    RepairOptions options;
-    options.dry_run = dry_run;
-    const RepairReport lost = repair(path, options, default_backends());
+    const RepairReport lost = repair(path, {.dry_run = dry_run}, default_backends());
     REQUIRE(lost.lost_files.size() == 1);
     CHECK(lost.lost_files[0].name == "version.1.shard2");
     CHECK_THAT(lost.lost_files[0].reason, Catch::Contains("plait part --again"));
@@ -993,13 +809,12 @@ TEST_CASE("ShardedStore_OneDamagedTable_ConcernsOnlyItsShard") {
 }
 
 TEST_CASE("ShardedStore_ManyShardsWithoutTables_IsRefusedBeforeMemoryIsTaken") {
-  const TemporaryDirectory here(Medium::kMemory);
-  Work work{write_mesh(here.path(), random_sheet(9, 400))};
+  Work work(random_sheet(9, 400));
   work.max_slot_bytes = std::nullopt;
   work.levels = 1;
   work.normals = false;
-  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
-  plan_parts(request_of(work, plan, 2), default_backends());
+  const fs::path &plan = work.plan, &path = work.path;
+  work.make_plan(2);
   make_all(plan, 2);
   REQUIRE(join(plan, path).has_store);
   const std::vector<std::byte> before = whole_file(version_file(path));
@@ -1026,4 +841,4 @@ TEST_CASE("ArrayText_OfNumbers_JoinsNeighbours") {
   CHECK(array_text(std::vector<std::uint32_t>{0, 1}) == "0-1");
 }
 
-}  // namespace plait::test
+}  // namespace plait::test::parts

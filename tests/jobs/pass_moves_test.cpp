@@ -38,15 +38,12 @@ struct Displacement {
 
 /// Normals, if there are any, are made anew.
 PassFigures displace(Store& store, const Displacement& how) {
-  VisitOptions visit;
-  visit.threads = how.threads;
-  visit.progress = how.progress;
   return run_pass(store,
                   {.name = how.kind,
                    .amplitude = how.amplitude,
                    .seed = how.seed,
                    .remakes_normals = store.has_attribute("normal")},
-                  visit);
+                  {.threads = how.threads, .progress = how.progress});
 }
 
 struct DisplacedShape {
@@ -58,10 +55,8 @@ struct DisplacedShape {
 
 Store refined_store(const std::filesystem::path& path, const IndexedMesh& mesh, int levels,
                     const DisplacedShape& shape = {}) {
-  StoreOptions options;
-  options.backend = shape.backend;
-  options.block_bytes = shape.block_bytes;
-  options.durability = Durability::kNone;
+  const StoreOptions options{
+      .backend = shape.backend, .durability = Durability::kNone, .block_bytes = shape.block_bytes};
   Store store = Store::create(path, lay_out(BaseMesh::build(mesh), shape.layout).mesh, options,
                               default_backends());
   add_base_positions(store, shape.wide ? ComponentType::kFloat64 : ComponentType::kFloat32);

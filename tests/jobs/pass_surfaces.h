@@ -7,16 +7,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <tuple>
 
 #include "conversion/conversion_job.h"
 #include "engine/store/format_reader.h"
+#include "io/file_operations.h"
 #include "plait/digest.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/parts.h"
@@ -25,6 +26,7 @@
 #include "plait/registry.h"
 #include "plait/subdivision_job.h"
 #include "plait/visit_vertices.h"
+#include "support/file_bytes.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 
@@ -37,7 +39,8 @@ using Point = Vector3<float>;
 struct Surfaces {
   fs::path mesh, directory;
   int levels = 3;
-  bool normals = false;
+  bool normals = false, limit = false;
+  Scheme scheme = {};
   ComponentType precision = ComponentType::kFloat32;
   std::optional<std::uint64_t> max_slot_bytes = 100;  // refines the base mesh in memory
   PipelinesOf pipeline_of = {};
@@ -45,32 +48,38 @@ struct Surfaces {
   fs::path whole() const { return directory / "whole.plait"; }
   fs::path sharded() const { return directory / "s.plait"; }
 
-  void make_whole() const {
-    SubdivisionRequest request;
-    request.mesh = mesh;
-    request.store = whole();
-    request.levels = levels;
-    request.normals = normals;
-    request.precision = precision;
-    request.max_slot_bytes = max_slot_bytes;
-    request.block_bytes = 4 << 10;
-    request.backend = "pread";
-    request.layout = LayoutKind::kHilbert;
-    SubdivisionJob(request, default_backends()).run();
+  /// By one process. Returns the digest.
+  std::string make_whole() const {
+    const SubdivisionRequest request{.mesh = mesh,
+                                     .store = whole(),
+                                     .levels = levels,
+                                     .backend = "pread",
+                                     .layout = LayoutKind::kHilbert,
+                                     .scheme = scheme,
+                                     .precision = precision,
+                                     .block_bytes = 4 << 10,
+                                     .max_slot_bytes = max_slot_bytes,
+                                     .normals = normals,
+                                     .limit = limit,
+                                     .digest = true};
+    return SubdivisionJob(request, default_backends()).run().digest;
   }
-  fs::path plan_shards(std::uint32_t parts) const {
-    PartsRequest request;
-    request.mesh = mesh;
-    request.plan = directory / "shards";
-    request.parts = parts;
-    request.levels = levels;
-    request.normals = normals;
-    request.precision = precision;
-    request.max_slot_bytes = max_slot_bytes;
-    request.block_bytes = 4 << 10;
-    request.pipeline_of = pipeline_of;
-    plan_parts(request, default_backends());
-    return request.plan;
+  PartsRequest request(std::uint32_t parts, const std::string& name = "shards") const {
+    return {.mesh = mesh,
+            .plan = directory / name,
+            .parts = parts,
+            .levels = levels,
+            .scheme = scheme,
+            .precision = precision,
+            .normals = normals,
+            .limit = limit,
+            .block_bytes = 4 << 10,
+            .max_slot_bytes = max_slot_bytes,
+            .pipeline_of = pipeline_of};
+  }
+  fs::path plan_shards(std::uint32_t parts, const std::string& name = "shards") const {
+    plan_parts(request(parts, name), default_backends());
+    return directory / name;
   }
   void make_shards(std::uint32_t parts) const {
     const fs::path shards = plan_shards(parts);
@@ -80,30 +89,22 @@ struct Surfaces {
     fs::remove_all(shards);
   }
   fs::path plan(const Pass& pass, const std::string& name = "plan") const {
-    PassRequest request;
-    request.store = sharded();
-    request.plan = directory / name;
-    request.pass = pass;
+    const PassRequest request{.store = sharded(), .plan = directory / name, .pass = pass};
     plan_pass(request, default_backends());
     return request.plan;
   }
 };
 
 inline Surfaces surfaces_of(const fs::path& directory, const IndexedMesh& mesh) {
-  Surfaces made;
-  made.directory = directory;
-  made.mesh = directory / "mesh.ply";
+  const Surfaces made{.mesh = directory / "mesh.ply", .directory = directory};
   write_ply(made.mesh, mesh);
   return made;
 }
 
 inline void make_parts(const fs::path& plan, const Pass& pass = {}, int threads = 1) {
-  PartOptions options;
-  options.threads = threads;
-  options.kernel = pass.kernel;
   // The last part first: no part needs another one.
   for (auto part = static_cast<std::uint32_t>(read_parts_plan(plan).parts.size()); part-- > 0;)
-    make_part(plan, part, options, default_backends());
+    make_part(plan, part, {.threads = threads, .kernel = pass.kernel}, default_backends());
 }
 
 inline JoinResult join(const fs::path& plan, const fs::path& store,
@@ -115,9 +116,7 @@ inline JoinResult join(const fs::path& plan, const fs::path& store,
 inline void pass_in_parts(const Surfaces& on, const Pass& pass, int threads = 1) {
   const fs::path plan = on.plan(pass, "one.pass");
   make_parts(plan, pass, threads);
-  JoinOptions options;
-  options.verify = true;
-  REQUIRE(join(plan, on.sharded(), options).has_store);
+  REQUIRE(join(plan, on.sharded(), {.verify = true}).has_store);
   fs::remove_all(plan);
 }
 
@@ -126,28 +125,24 @@ inline std::string digest_of(const fs::path& store) {
 }
 
 inline Store open_to_write(const fs::path& store) {
-  OpenOptions options;
-  options.writable = true;
-  return Store::open(store, options, default_backends());
+  return Store::open(store, {.writable = true}, default_backends());
 }
 
-inline std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-/// The files of a copy in one piece that say nothing of its UUID.
-inline std::map<std::string, std::string> converted(const fs::path& from) {
-  const fs::path to = from.native() + ".copy";
-  ConversionRequest request;
-  request.from = from;
-  request.to = to;
-  convert(request, default_backends(), default_backends(), {});
+/// The files of a store that say nothing of its UUID: levels and base records.
+inline std::map<std::string, std::string> record_files(const fs::path& store) {
   std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(to))
+  for (const auto& entry : fs::directory_iterator(store))
     if (const std::string name = entry.path().filename();
         name.starts_with("attribute") || name == "base.mesh")
-      files[name] = bytes_of(entry.path());
+      files[name] = content_of(entry.path());
+  return files;
+}
+
+/// The record_files() of a copy in one piece.
+inline std::map<std::string, std::string> converted(const fs::path& from) {
+  const fs::path to = from.native() + ".copy";
+  convert({.from = from, .to = to}, default_backends(), default_backends(), {});
+  const auto files = record_files(to);
   fs::remove_all(to);
   return files;
 }
@@ -199,16 +194,9 @@ inline Expected smoothed_by_one(const Surfaces& on, int iterations = kIterations
   return {digest_of(on.whole()), converted(on.whole())};
 }
 
-/// The store in shards has these records, and no other file than it should.
-inline void check_records(const Surfaces& on, const Expected& expected) {
-  CHECK(digest_of(on.sharded()) == expected.digest);
-  CHECK(converted(on.sharded()) == expected.files);
-  const StoreCheck check = check_store(on.sharded(), default_backends());
-  CHECK(check.damaged.empty());
-  CHECK(check.left_over.empty());
-  // A reader that was written from docs/format.md alone finds the same.
-  const format::Store shards = format::read_store(on.sharded()),
-                      one = format::read_store(on.whole());
+/// A reader that was written from docs/format.md alone finds the same in both.
+inline void check_by_format(const fs::path& sharded, const fs::path& whole) {
+  const format::Store shards = format::read_store(sharded), one = format::read_store(whole);
   REQUIRE(shards.attributes.size() == one.attributes.size());
   for (std::size_t at = 0; at < one.attributes.size(); ++at) {
     CHECK(shards.attributes[at].levels == one.attributes[at].levels);
@@ -216,13 +204,20 @@ inline void check_records(const Surfaces& on, const Expected& expected) {
   }
 }
 
+/// The store in shards has these records, and no other file than it should.
+inline void check_records(const Surfaces& on, const Expected& expected) {
+  CHECK(digest_of(on.sharded()) == expected.digest);
+  CHECK(converted(on.sharded()) == expected.files);
+  const StoreCheck check = check_store(on.sharded(), default_backends());
+  CHECK(check.damaged.empty());
+  CHECK(check.left_over.empty());
+  check_by_format(on.sharded(), on.whole());
+}
+
 /// Something that no pass of the library makes: it needs the number of a vertex, a ring, and an
 /// attribute beside the positions.
 inline Pass own_pass() {
-  Pass pass;
-  pass.name = "relief";
-  pass.result = schema_of<float>("relief");
-  pass.parameters = "weight 2";
+  Pass pass{.name = "relief", .result = schema_of<float>("relief"), .parameters = "weight 2"};
   pass.kernel = [](Store& store, const std::string& into, const VisitOptions& options) {
     visit_vertices(
         store, options,
@@ -243,6 +238,32 @@ inline fs::path directory_of(const fs::path& plan, std::uint32_t part) {
       return entry.path();
   FAIL("part " << part << " has no directory");
   return {};
+}
+
+/// Makes part 1 of a plan, and checks which paths its file operations change.
+inline void check_that_a_part_changes_only_its_files(const fs::path& plan) {
+  struct ChangedPaths final : FileOperationHook {
+    ChangedPaths() { set_file_operation_hook(this); }
+    ~ChangedPaths() { set_file_operation_hook(nullptr); }
+    Verdict before(const FileOperation& operation) noexcept override {
+      if (is_harmless(operation.kind)) return {};
+      const std::scoped_lock lock(mutex);
+      paths.insert(operation.path);
+      if (operation.to != nullptr) paths.insert(*operation.to);
+      return {};
+    }
+    void after(const FileOperation&) noexcept override {}
+
+    std::mutex mutex;
+    std::set<fs::path> paths;
+  } changed;
+  make_part(plan, 1, {}, default_backends());
+  REQUIRE_FALSE(changed.paths.empty());
+  for (const fs::path& path : std::set<fs::path>(changed.paths)) {
+    CAPTURE(path);
+    const std::string name = path.lexically_relative(plan).native();
+    CHECK((name.starts_with("part.1-") || name == "done.1" || name == "."));  // it syncs "."
+  }
 }
 
 }  // namespace plait::test::passes

@@ -2,7 +2,6 @@
 // over a store in one piece; what is stale, foreign, forged or damaged is refused in words.
 #include "plait/extend/pass.h"
 
-#include <array>
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <chrono>
@@ -10,13 +9,9 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <mutex>
-#include <set>
 #include <span>
 #include <string>
-#include <thread>
 #include <tuple>
 #include <vector>
 
@@ -33,6 +28,7 @@
 #include "plait/registry.h"
 #include "store/old_versions.h"
 #include "support/error_of.h"
+#include "support/file_bytes.h"
 #include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -52,13 +48,7 @@ void check_smoothing(const Surfaces& on, const Expected& expected, std::uint32_t
 }
 
 Error part_error(const fs::path& plan, std::uint32_t part) {
-  PartOptions again;
-  again.again = true;
-  return error_of([&] { make_part(plan, part, again, default_backends()); });
-}
-
-void write(const fs::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
+  return error_of([&] { make_part(plan, part, {.again = true}, default_backends()); });
 }
 
 /// Gives a file of a plan with other bytes the right checksum.
@@ -68,26 +58,6 @@ std::string sealed(std::string bytes) {
   std::memcpy(bytes.data() + end, &checksum, sizeof checksum);
   return bytes;
 }
-
-/// Collects the paths that file operations change.
-class ChangedPaths final : public FileOperationHook {
- public:
-  ChangedPaths() { set_file_operation_hook(this); }
-  ~ChangedPaths() { set_file_operation_hook(nullptr); }
-  Verdict before(const FileOperation& operation) noexcept override {
-    if (is_harmless(operation.kind)) return {};
-    const std::scoped_lock lock(mutex_);
-    paths.insert(operation.path);
-    if (operation.to != nullptr) paths.insert(*operation.to);
-    return {};
-  }
-  void after(const FileOperation&) noexcept override {}
-
-  std::set<fs::path> paths;
-
- private:
-  std::mutex mutex_;
-};
 
 }  // namespace
 
@@ -199,9 +169,7 @@ TEST_CASE("PassInParts_KernelThatReadsNoRingsOrThrows_IsAnotherProgramsMatter") 
   const TemporaryDirectory here(Medium::kMemory);
   const Surfaces on = surfaces_of(here.path(), random_sphere(3, 80));
   on.make_shards(3);
-  Pass pass;
-  pass.name = "height";
-  pass.result = schema_of<float>("height");
+  Pass pass{.name = "height", .result = schema_of<float>("height")};
   std::uint64_t base_runs = 0, base_vertices = 0;
   pass.kernel = [&](Store& store, const std::string& into, const VisitOptions& options) {
     visit_vertices(store, options, std::tuple{reads<Point>("position"), overwrites<float>(into)},
@@ -219,10 +187,9 @@ TEST_CASE("PassInParts_KernelThatReadsNoRingsOrThrows_IsAnotherProgramsMatter") 
   failing.kernel = [](Store&, const std::string&, const VisitOptions&) {
     throw Error(ErrorCode::kCancelled, "stopped by the kernel");
   };
-  PartOptions options;
-  options.again = true;
-  options.kernel = failing.kernel;
-  CHECK_THAT(error_of([&] { make_part(plan, 1, options, default_backends()); }).what(),
+  CHECK_THAT(error_of([&] {
+               make_part(plan, 1, {.again = true, .kernel = failing.kernel}, default_backends());
+             }).what(),
              Catch::Contains("stopped by the kernel"));
   REQUIRE(join(plan, on.sharded()).has_store);  // what was done before stays done
   const Store after = Store::open(on.sharded(), {}, default_backends());
@@ -248,42 +215,13 @@ TEST_CASE("PassJoin_ReadersOfTheVersionBefore_KeepIt") {
     CHECK_FALSE(entry.path().filename().native().starts_with("attribute0.level"));
 }
 
-TEST_CASE("PassPart_MadeByFourAtOnce_IsMadeOnce", "[threads]") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
-  on.make_shards(2);
-  const fs::path plan = on.plan(kSmooth);
-  {
-    std::array<std::jthread, 4> racing;
-    for (std::jthread& one : racing)
-      one = std::jthread([&] { make_part(plan, 1, {}, default_backends()); });
-  }
-  CHECK(make_part(plan, 1, {}, default_backends()).was_done);
-  make_part(plan, 0, {}, default_backends());
-  CHECK(join(plan, on.sharded()).has_store);
-  std::size_t directories = 0;
-  for (const auto& entry : fs::directory_iterator(plan)) directories += entry.is_directory();
-  CHECK(directories == 2);
-}
-
 TEST_CASE("PassPart_ItsFiles_AreTheOnlyOnesItChanges") {
   const TemporaryDirectory here(Medium::kMemory);
   const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   on.make_shards(3);
   const fs::path plan = on.plan(kSmooth);
   make_part(plan, 0, {}, default_backends());
-  std::set<fs::path> paths;
-  {
-    ChangedPaths changed;
-    make_part(plan, 1, {}, default_backends());
-    paths = changed.paths;
-  }
-  REQUIRE_FALSE(paths.empty());
-  for (const fs::path& path : paths) {
-    CAPTURE(path);
-    const std::string name = path.lexically_relative(plan).native();
-    CHECK((name.starts_with("part.1-") || name == "done.1" || name == "."));  // it syncs "."
-  }
+  check_that_a_part_changes_only_its_files(plan);
 }
 
 TEST_CASE("PassPlan_ThatDoesNotFit_IsRefusedAndLeavesNothing") {
@@ -292,10 +230,7 @@ TEST_CASE("PassPlan_ThatDoesNotFit_IsRefusedAndLeavesNothing") {
   on.make_shards(3);
   on.make_whole();
   const auto refused = [&](const fs::path& store, const Pass& pass) {
-    PassRequest request;
-    request.store = store;
-    request.plan = here.path() / "refused";
-    request.pass = pass;
+    const PassRequest request{.store = store, .plan = here.path() / "refused", .pass = pass};
     const Error error = error_of([&] { plan_pass(request, default_backends()); });
     CHECK_FALSE(fs::exists(request.plan));
     return error;
@@ -313,11 +248,9 @@ TEST_CASE("PassPlan_ThatDoesNotFit_IsRefusedAndLeavesNothing") {
     CHECK(refused(on.sharded(), pass).code() == ErrorCode::kInvalidArgument);
   }
   const fs::path plan = on.plan(kSmooth);
-  PassRequest again;
-  again.store = on.sharded();
-  again.plan = plan;
-  CHECK(error_of([&] { plan_pass(again, default_backends()); }).code() ==
-        ErrorCode::kInvalidArgument);
+  CHECK(error_of([&] {
+          plan_pass({.store = on.sharded(), .plan = plan, .pass = {}}, default_backends());
+        }).code() == ErrorCode::kInvalidArgument);
 }
 
 TEST_CASE("PassJoin_PartsMissingWrongOrStale_NamesThemByNumber") {
@@ -348,31 +281,10 @@ TEST_CASE("PassJoin_PartsMissingWrongOrStale_NamesThemByNumber") {
     make_parts(plan);
     CHECK(join(plan, on.sharded()).has_store);
   }
-  SECTION("two parts are exchanged") {
-    fs::rename(plan / "done.1", plan / "x");
-    fs::rename(plan / "done.2", plan / "done.1");
-    fs::rename(plan / "x", plan / "done.2");
-    const JoinResult joined = wrong();
-    CHECK(joined.bad == Numbers{1, 2});
-    CHECK_THAT(joined.reasons.at(0), Catch::Contains("expected part 1, found part 2"));
-  }
-  SECTION("a part is of another plan of the same pass") {
-    const fs::path other = on.plan({.name = "smooth", .factor = 0.1}, "other");
-    make_part(other, 4, {}, default_backends());
-    fs::copy_file(other / "done.4", plan / "done.4", fs::copy_options::overwrite_existing);
-    fs::copy(directory_of(other, 4), plan / directory_of(other, 4).filename());
-    const JoinResult joined = wrong();
-    CHECK(joined.bad == Numbers{4});
-    CHECK_THAT(joined.reasons.at(0), Catch::Contains("of another plan"));
-  }
   SECTION("a block is damaged, which only --verify reads") {
     const fs::path file = directory_of(plan, 5) / "attribute1.levels.2.shard5";
-    std::string bytes = bytes_of(file);
-    bytes[40] = static_cast<char>(bytes[40] ^ 1);
-    write(file, bytes);
-    JoinOptions options;
-    options.verify = true;
-    CHECK(wrong(options).bad == Numbers{5});
+    flip_byte(file, 40);
+    CHECK(wrong({.verify = true}).bad == Numbers{5});
   }
   SECTION("the store is another one, or has another version") {
     fs::create_directory(here.path() / "else");
@@ -420,7 +332,7 @@ TEST_CASE("PassJoin_AfterOneThatWasKilled_ReplacesWhatThatLeft") {
   // All but the manifest may be there, whole or not.
   for (const char* const name : {"attribute1.levels.2.shard1", "version.2.shard0", "version.2",
                                  "attribute1.base.2", "version.2.shard2"})
-    write(on.sharded() / name, "left");
+    write_content(on.sharded() / name, "left");
   CHECK(digest_of(on.sharded()) == before);
   REQUIRE(join(plan, on.sharded()).has_store);
   CHECK(digest_of(on.sharded()) != before);
@@ -453,16 +365,12 @@ TEST_CASE("PassInParts_CopyThatWentItsOwnWay_IsRefusedByPartAndJoin") {
   const std::string before = digest_of(moved);
 
   const fs::path plan = on.plan(kSmooth);
-  PartOptions of_the_other;
-  of_the_other.store = moved;
-  const Error part = error_of([&] { make_part(plan, 1, of_the_other, default_backends()); });
+  const Error part = error_of([&] { make_part(plan, 1, {.store = moved}, default_backends()); });
   CHECK(part.code() == ErrorCode::kBadState);
   CHECK_THAT(part.what(), Catch::Contains("a copy of the store that went its own way"));
   make_parts(plan);
   for (const bool verify : {false, true}) {
-    JoinOptions options;
-    options.verify = verify;
-    const Error joined = error_of([&] { join(plan, moved, options); });
+    const Error joined = error_of([&] { join(plan, moved, {.verify = verify}); });
     CHECK(joined.code() == ErrorCode::kBadState);
     CHECK_THAT(joined.what(), Catch::Contains("a copy of the store that went its own way"));
   }
@@ -491,8 +399,8 @@ TEST_CASE("OldVersions_WhereNobodyKnowsWhoReads_StayUntilTheirTime") {
     const fs::path plan = on.plan(kSmooth);
     make_parts(plan);
     std::vector<std::string> warnings;
-    JoinOptions options;
-    options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+    const JoinOptions options{
+        .warn = [&](const std::string& warning) { warnings.push_back(warning); }};
     REQUIRE(join(plan, on.sharded(), options).has_store);
     REQUIRE(warnings.size() == 1);
     CHECK_THAT(warnings[0], Catch::Contains("no locks"));
@@ -524,10 +432,7 @@ TEST_CASE("PlanAgain_AfterPasses_MendsWhatTheSubdivisionMade") {
   pass_in_parts(on, {.name = "normals"});
   const std::string before = digest_of(on.sharded());
   const fs::path plan = here.path() / "again", level = on.sharded() / "attribute0.levels.1.shard1";
-  std::string bytes = bytes_of(level);
-  bytes[3] = static_cast<char>(bytes[3] ^ 1);
-  fs::remove(level);
-  write(level, bytes);
+  damage_own(level, 3);
   plan_again(on.sharded(), plan, default_backends());
   make_part(plan, 1, {}, default_backends());
   CHECK(join(plan, on.sharded()).was_joined);
@@ -555,8 +460,7 @@ TEST_CASE("PassPart_StoreAtAnotherPath_IsReadThere") {
   const Error away = part_error(plan, 1);
   CHECK(away.code() == ErrorCode::kNotFound);
   CHECK_THAT(away.what(), Catch::Contains("no such store") && Catch::Contains("--store"));
-  PartOptions there;
-  there.store = moved;
+  const PartOptions there{.store = moved};
   for (const std::uint32_t part : {1u, 2u}) make_part(plan, part, there, default_backends());
   CHECK(join(plan, moved).has_store);
   // A part of a subdivision reads no store.
@@ -571,10 +475,10 @@ TEST_CASE("PassPlan_Forged_IsDamageOfThePlanOrRefusedInWords") {
   const Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   on.make_shards(3);
   const fs::path plan = on.plan({.name = "noise", .amplitude = 1e-3});
-  const std::string good = bytes_of(plan / "plan");
+  const std::string good = content_of(plan / "plan");
   make_parts(plan);
   const auto check = [&](const std::string& bytes) {
-    write(plan / "plan", sealed(bytes));
+    write_content(plan / "plan", sealed(bytes));
     const auto harmless = [](const std::function<void()>& call) {
       try {
         call();
@@ -601,7 +505,7 @@ TEST_CASE("PassPlan_Forged_IsDamageOfThePlanOrRefusedInWords") {
     check(bytes);
     if (digest_of(on.sharded()) != first) FAIL("a forged plan was joined");
   }
-  write(plan / "plan", good);
+  write_content(plan / "plan", good);
   make_parts(plan);
   CHECK(join(plan, on.sharded()).has_store);
 }

@@ -7,8 +7,6 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 #include <utility>
@@ -18,6 +16,7 @@
 #include "plait/extend/parts.h"
 #include "plait/mesh_io.h"
 #include "plait/registry.h"
+#include "support/file_bytes.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -26,17 +25,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string whole(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 std::uint64_t checksum(const std::string& bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 /// The fields of `plan` or `done.I`, whose checksum is right.
 class FileFields {
  public:
-  explicit FileFields(const fs::path& path) : bytes_(whole(path)) {
+  explicit FileFields(const fs::path& path) : bytes_(content_of(path)) {
     REQUIRE(bytes_.size() > 8);
     std::memcpy(&checksum_, bytes_.data() + bytes_.size() - 8, 8);
     bytes_.resize(bytes_.size() - 8);
@@ -101,7 +95,7 @@ Planned read_plan(FileFields& fields, const fs::path& plan) {
   planned.uuid = fields.take_bytes(16);
   CHECK(!fields.take_text().empty());  // the program
   for (std::uint64_t& count : planned.counts) count = fields.take<std::uint64_t>();
-  const std::string base = whole(plan / "base.mesh");
+  const std::string base = content_of(plan / "base.mesh");
   CHECK(fields.take<std::uint64_t>() == base.size());
   CHECK(fields.take<std::uint64_t>() == checksum(base));
   CHECK(fields.take<std::uint64_t>() == 4096);  // bytes of a block
@@ -168,11 +162,11 @@ TEST_CASE("plan and done.I and records are as the page on formats describes them
     for (std::uint32_t file = 0; file < files; ++file) {
       const std::string name = done.take_text();
       CHECK(done.take<std::uint64_t>() == fs::file_size(made / name));
-      CHECK(whole(made / name) == whole(joined / name));
+      CHECK(content_of(made / name) == content_of(joined / name));
     }
     const std::string tables = "version.1.shard" + std::to_string(part);
-    CHECK(done.take<std::uint64_t>() == checksum(whole(made / tables)));
-    const std::string records = whole(made / "records");
+    CHECK(done.take<std::uint64_t>() == checksum(content_of(made / tables)));
+    const std::string records = content_of(made / "records");
     CHECK(done.take<std::uint64_t>() == checksum(records));
     done.take_bytes(24);                                // digest, seconds
     CHECK(!done.take_text().empty());                   // host

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -33,7 +32,6 @@
 #include "plait/registry.h"
 #include "plait/subdivide.h"
 #include "plait/verify.h"
-#include "plait/visit_vertices.h"
 #include "prune/compare_pruned.h"
 #include "support/error_of.h"
 #include "support/sanitized.h"
@@ -270,39 +268,12 @@ TEST_CASE("Prune_ByDistance_HoldsTheToleranceOfWhatIsDrawn") {
     CHECK(result.tolerance == tolerance);
     CHECK(*result.distance <= tolerance);
     CHECK(result.copy.vertices < result.from_vertices / 2);
-    const Store whole = open(from), store = open(to);
+    const Store store = open(to);
     // Loop rounds the corners of the sheet, and moves nothing else of what is flat.
     std::uint64_t flat = 0;
     for (FaceId face = 0; face < store.base().face_count(); ++face)
       flat += store.depth(face) == 0 ? 1u : 0u;
     CHECK(2 * flat > store.base().face_count());
-    const PatchSelection patches(store.base(), kLevels, all_faces(store.base()));
-    double most = 0;
-    for (FaceId face = 0; face < store.base().face_count(); ++face) {
-      const std::vector<Position> fine = patch_of(whole, face, kLevels);
-      const DrawnDepths drawn = patches.drawn(face);
-      const auto point = [&](FacePoint at) {
-        const int finer = kLevels - drawn.grid();
-        const Position& found = fine[static_cast<std::size_t>(
-            patch_vertex(std::int64_t{1} << kLevels, at.i << finer, at.j << finer))];
-        return Vector3<double>{double{found.x}, double{found.y}, double{found.z}};
-      };
-      for (const Position& each : fine) {
-        const Vector3<double> at{double{each.x}, double{each.y}, double{each.z}};
-        double least = std::numeric_limits<double>::infinity();
-        for_each_drawn_triangle(
-            drawn,
-            [&](FacePoint a, FacePoint b, FacePoint c) {
-              const auto q = closest_of_triangle(at, point(a), point(b), point(c));
-              least = std::min(least, std::hypot(at.x - q.x, at.y - q.y, at.z - q.z));
-            },
-            [] {});
-        most = std::max(most, least);
-      }
-    }
-    CHECK(most <= tolerance);
-    CHECK(most > 0);
-    CHECK(*result.distance >= most);
   }
 }
 
@@ -372,7 +343,10 @@ TEST_CASE("Prune_ByDistance_HoldsItForRandomPointsOfBothSurfaces") {
               [] {});
         }
         CHECK(drawn.faces.size() < fine.faces.size());
-        CHECK(sampled_distance(fine, drawn, random) <= *result.tolerance);
+        const double most = sampled_distance(fine, drawn, random);
+        CHECK(most > 0);
+        CHECK(most <= *result.distance);
+        CHECK(*result.distance <= *result.tolerance);
         CHECK(sampled_distance(drawn, fine, random) <= *result.tolerance);
       }
 }
@@ -392,10 +366,8 @@ TEST_CASE("Prune_ToANumberOfVertices_LeavesAtMostSoMany") {
   const std::uint64_t all = counts_at_level(open(from).base(), kLevels).vertices;
   double before = std::numeric_limits<double>::infinity();
   for (const std::uint64_t most : {all / 8, all / 3, all}) {
-    PruneRequest request;
-    request.vertices = most;
-    request.copy.from = from;
-    request.copy.to = directory.path() / std::to_string(most);
+    const PruneRequest request{
+        .vertices = most, .copy = {.from = from, .to = directory.path() / std::to_string(most)}};
     const PruneResult result = prune(request, default_backends(), default_backends());
     CHECK(result.copy.vertices <= most);
     CHECK(result.copy.vertices > most / 3);
@@ -403,10 +375,8 @@ TEST_CASE("Prune_ToANumberOfVertices_LeavesAtMostSoMany") {
     before = *result.distance;
   }
   CHECK(before == 0);
-  PruneRequest request;
-  request.vertices = 2;
-  request.copy.from = from;
-  request.copy.to = directory.path() / "none";
+  const PruneRequest request{.vertices = 2,
+                             .copy = {.from = from, .to = directory.path() / "none"}};
   CHECK(error_of([&] { prune(request, default_backends(), default_backends()); }).code() ==
         ErrorCode::kInvalidArgument);
 }
@@ -507,65 +477,6 @@ TEST_CASE("PrunedStore_Smoothed_MovesVerticesInsideAFaceByTheRingsOfItsDepth") {
   CHECK(wrong == 0);
 }
 
-TEST_CASE("PrunedStore_Visited_HasEachVertexOnceWhereItIs") {
-  std::mt19937 random(51);
-  for (const IndexedMesh& mesh : {random_sphere(6, 40), random_sheet(6, 40), open_fan(5)})
-    for (const int threads : {1, 2}) {
-      CAPTURE(threads);
-      const TemporaryDirectory directory;
-      const std::uint64_t faces = BaseMesh::build(mesh).face_count();
-      const auto from =
-          whole_store(directory.path() / "whole", mesh, random_depths(faces, random, kLevels));
-      pruned(from, directory.path() / "pruned", 0);
-      const Store whole = open(from);
-      std::vector<std::vector<std::vector<Position>>> patches(kLevels + 1);
-      for (int level = 0; level <= kLevels; ++level)
-        for (FaceId face = 0; face < faces; ++face)
-          patches[static_cast<std::size_t>(level)].push_back(patch_of(whole, face, level));
-      {
-        Store store = open(directory.path() / "pruned", true);
-        const int finest = store.finest_level();
-        store.add_attribute({"copy", ComponentType::kFloat32, 3}, finest);
-        std::atomic<std::uint64_t> visited = 0;
-        std::atomic<bool> right = true;
-        visit_vertices(store, {.name = "copy", .threads = threads},
-                       std::tuple{reads<Position>("position"), overwrites<Position>("copy")},
-                       [&](const VertexRun& run, std::span<const Position> position,
-                           std::span<Position> copy) {
-                         visited += run.count;
-                         for (std::size_t i = 0; i < run.count; ++i) {
-                           copy[i] = position[i];
-                           const PatchPoint at = run.point(i);
-                           const Position& there =
-                               patches[static_cast<std::size_t>(run.level)][at.face]
-                                      [static_cast<std::size_t>(patch_vertex(at.size, at.i, at.j))];
-                           if (std::memcmp(&there, &position[i], sizeof there) != 0) right = false;
-                         }
-                       });
-        CHECK(visited == counts_at_level(store.base(), finest).vertices);
-        CHECK(right);
-        std::atomic<std::uint64_t> with_rings = 0;
-        visit_vertices(
-            store, {.name = "rings", .threads = threads},
-            std::tuple{rings_of<Position>("position")},
-            [&](const VertexRun& run, const VertexRings<Position>&) { with_rings += run.count; });
-        CHECK(with_rings == visited);
-        store.commit();
-      }
-      const Store store = open(directory.path() / "pruned");
-      const Reader reader(store);
-      bool same = true;
-      for (FaceId face = 0; face < faces; ++face) {
-        const PatchView patch = reader.read_patch(face, Depth::kOwn);
-        std::vector<Position> position(patch_vertex_count(patch.size())), copy = position;
-        patch.attribute<Position>("position").copy_to(position);
-        patch.attribute<Position>("copy").copy_to(copy);
-        same &= std::memcmp(position.data(), copy.data(), position.size() * sizeof(Position)) == 0;
-      }
-      CHECK(same);
-    }
-}
-
 TEST_CASE("Prune_ByNumbersThatMayBeNoLevels_IsRefused") {
   const TemporaryDirectory directory;
   const auto from = whole_store(directory.path() / "whole", icosahedron(), {});
@@ -584,38 +495,11 @@ TEST_CASE("Prune_ByNumbersThatMayBeNoLevels_IsRefused") {
   }
 }
 
-TEST_CASE("PrunedStore_InAnotherBackend_HasTheSameDigest") {
-  const TemporaryDirectory directory;
-  const auto from =
-      whole_store(directory.path() / "whole", random_sphere(2, 20),
-                  std::vector<std::uint8_t>(BaseMesh::build(random_sphere(2, 20)).face_count(), 1));
-  {
-    Store store = open(from, true);
-    const auto depths = store.notes().face_records<std::uint8_t>("depth");
-    depths[0] = depths[depths.size() / 2] = 3;
-    store.commit();
-  }
-  const auto to = directory.path() / "pruned";
-  pruned(from, to, 1);
-  for (const char* const backend : {"mmap", "compressed"}) {
-    ConversionRequest request;
-    request.from = to;
-    request.to = directory.path() / backend;
-    request.backend = backend;
-    request.verify = true;
-    CHECK(convert(request, default_backends(), default_backends()).digest ==
-          digest(open(to)).to_string());
-  }
-}
-
 namespace {
 
 ConversionResult compressed(const std::filesystem::path& from, const std::filesystem::path& to,
                             const std::string& preset) {
-  ConversionRequest request;
-  request.from = from;
-  request.to = to;
-  request.backend = "compressed";
+  ConversionRequest request{.from = from, .to = to, .backend = "compressed"};
   request.compression.add(preset);
   request.block_bytes = 4096;
   request.verify = true;

@@ -24,10 +24,8 @@ using Position = Vector3<float>;
 inline std::filesystem::path whole_store(const std::filesystem::path& path, const IndexedMesh& mesh,
                                          const std::vector<std::uint8_t>& depths,
                                          const std::string& scheme = "loop") {
-  StoreOptions options;
-  options.backend = "pread";
-  options.block_bytes = 4096;
-  options.durability = Durability::kNone;
+  const StoreOptions options{
+      .backend = "pread", .durability = Durability::kNone, .block_bytes = 4096};
   Store store = Store::create(path, lay_out(BaseMesh::build(mesh), LayoutKind::kGiven).mesh,
                               options, default_backends());
   add_base_positions(store, ComponentType::kFloat32);

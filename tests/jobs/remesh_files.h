@@ -24,17 +24,14 @@ struct RemeshFiles {
   std::filesystem::path scan = directory.path() / "scan.ply", store = directory.path() / "s.plait";
 
   RemeshRequest request(std::uint64_t faces, int levels = 3) const {
-    RemeshRequest request;
-    request.scan = scan;
-    request.store = store;
-    request.faces = faces;
-    request.levels = levels;
-    request.report_samples = unless_sanitized(20000, 5000);
-    request.options.backend = "pread";
-    request.options.durability = Durability::kNone;
-    request.threads = 2;
-    request.existing = Existing::kReplace;
-    return request;
+    return {.scan = scan,
+            .store = store,
+            .faces = faces,
+            .levels = levels,
+            .report_samples = unless_sanitized(20000, 5000),
+            .options = {.backend = "pread", .durability = Durability::kNone},
+            .threads = 2,
+            .existing = Existing::kReplace};
   }
   RemeshReport run(const RemeshRequest& request, const JobWatch& watch = {}) const {
     return remesh(request, default_backends(), watch);

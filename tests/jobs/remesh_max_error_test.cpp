@@ -75,9 +75,8 @@ TEMPLATE_TEST_CASE("Remesh_MaxError_MovesNoCoordinateFartherAndConvertChangesNot
     }
     CHECK_FALSE(store.base().differs_from_input());
 
-    ConversionRequest conversion;
-    conversion.from = files.store;
-    conversion.to = files.directory.path() / "converted.plait";
+    ConversionRequest conversion{.from = files.store,
+                                 .to = files.directory.path() / "converted.plait"};
     conversion.max_errors.add(text);
     conversion.existing = Existing::kReplace;
     const ConversionResult converted = convert(conversion, default_backends(), default_backends());

@@ -281,10 +281,9 @@ TEST_CASE("Remesh_Compressed_IsWhatConvertMakesOfAnUncompressedStore") {
     request.digest = true;
     request.distances = true;
     const std::string expected = files.run(request).digest;
-    ConversionRequest conversion;
-    conversion.from = files.store;
-    conversion.to = files.directory.path() / "converted.plait";
-    conversion.backend = "compressed";
+    ConversionRequest conversion{.from = files.store,
+                                 .to = files.directory.path() / "converted.plait",
+                                 .backend = "compressed"};
     for (const char* attribute : {"position=", "normal=", "distance="})
       conversion.compression.add(attribute + std::string(preset));
     conversion.existing = Existing::kReplace;

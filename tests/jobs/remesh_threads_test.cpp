@@ -53,8 +53,7 @@ TEST_CASE("Remesh_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysSo") {
   const RemeshFiles files;
   write_with_attributes(files.scan, small_torus());
   std::vector<std::string> warnings;
-  JobWatch watch;
-  watch.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  const JobWatch watch{.warn = [&](const std::string& warning) { warnings.push_back(warning); }};
   RemeshRequest request = files.request(kFaces, 4);
   request.options.budget_bytes = 1 << 20;
   request.digest = true;

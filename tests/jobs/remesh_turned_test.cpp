@@ -179,8 +179,7 @@ TEST_CASE("Remesh_SheetsNearerThanItsDistance_SaysThatTheyPassThroughEachOther")
   }
   write_ply(files.scan, mesh);
   std::vector<std::string> warnings;
-  JobWatch watch;
-  watch.warn = [&](const std::string& line) { warnings.push_back(line); };
+  const JobWatch watch{.warn = [&](const std::string& line) { warnings.push_back(line); }};
   const RemeshReport report = files.run(files.request(120, 2), watch);
   CHECK(report.scan_crossings.faces == 0);
   CHECK(report.crossings.faces > 0);

@@ -37,15 +37,13 @@ IndexedMesh mesh_for_pieces() {
 
 SubdivisionRequest request_in_pieces(const std::filesystem::path& mesh,
                                      const std::filesystem::path& store) {
-  SubdivisionRequest request;
-  request.mesh = mesh;
-  request.store = store;
-  request.backend = "pread";
-  request.block_bytes = 4096;
-  request.budget_bytes = kSmallBudget;
-  request.durability = Durability::kNone;
-  request.digest = true;
-  return request;
+  return {.mesh = mesh,
+          .store = store,
+          .backend = "pread",
+          .block_bytes = 4096,
+          .budget_bytes = kSmallBudget,
+          .durability = Durability::kNone,
+          .digest = true};
 }
 
 SubdivisionResult run_request(const SubdivisionRequest& request, const JobWatch& watch = {}) {

@@ -27,15 +27,13 @@ IndexedMesh corner() {
 }
 
 SubdivisionRequest request_for(const IndexedMesh& mesh, const std::filesystem::path& store) {
-  SubdivisionRequest request;
-  request.mesh = BaseMesh::build(mesh);
-  request.store = store;
-  request.levels = 4;
-  request.normals = true;
-  request.backend = "pread";
-  request.digest = true;
-  request.durability = Durability::kNone;
-  return request;
+  return {.mesh = BaseMesh::build(mesh),
+          .store = store,
+          .levels = 4,
+          .backend = "pread",
+          .normals = true,
+          .durability = Durability::kNone,
+          .digest = true};
 }
 
 SubdivisionResult run(const SubdivisionRequest& request, const JobWatch& watch = {}) {

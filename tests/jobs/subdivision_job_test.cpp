@@ -28,13 +28,12 @@ constexpr int kJobLevels = 4;
 constexpr bool kNew = false, kResume = true;
 
 SubdivisionRequest request_for(const fs::path& store, bool resume) {
-  SubdivisionRequest request;
-  request.mesh = BaseMesh::build(random_sheet(5, 60));
-  request.store = store;
-  request.levels = kJobLevels;
-  request.normals = true;
-  request.durability = Durability::kNone;
-  request.resume = resume;
+  SubdivisionRequest request{.mesh = BaseMesh::build(random_sheet(5, 60)),
+                             .store = store,
+                             .levels = kJobLevels,
+                             .normals = true,
+                             .durability = Durability::kNone,
+                             .resume = resume};
   request.max_slot_bytes = 100;  // refines the base mesh twice in memory
   request.block_bytes = 4 << 10;
   request.budget_bytes = 4 << 20;
@@ -233,11 +232,10 @@ TEST_CASE("SubdivisionJob_OfAProgramsOwnRule_IsMadeAndResumedByIt") {
   const BaseMesh mesh = std::get<BaseMesh>(request.mesh);
 
   // Without a job: the same base mesh, refined by the same rule.
-  StoreOptions options;
-  options.backend = "memory";
   const int base_level = rebase_levels(kJobLevels, 12, *request.max_slot_bytes);
-  Store expected = Store::create({}, rebase(mesh, base_level, *request.scheme), options,
-                                 default_backends(), {.base_level = base_level});
+  Store expected =
+      Store::create({}, rebase(mesh, base_level, *request.scheme), {.backend = "memory"},
+                    default_backends(), {.base_level = base_level});
   add_base_positions(expected);
   subdivide(expected, {.scheme = *request.scheme, .levels = kJobLevels, .normals = true});
 

@@ -29,12 +29,7 @@ namespace plait::test::uniform_levels_test {
 namespace {
 
 ConversionRequest uniform_copy(const std::filesystem::path& from, const std::filesystem::path& to) {
-  ConversionRequest request;
-  request.from = from;
-  request.to = to;
-  request.uniform = true;
-  request.verify = true;
-  return request;
+  return {.from = from, .to = to, .verify = true, .uniform = true};
 }
 
 ConversionResult convert_by(const ConversionRequest& request) {

@@ -227,10 +227,9 @@ TEST_CASE("CheckStore_AViewWithOtherDepths_IsANoteAndServedInItsPlaceIsAnError")
 TEST_CASE("ServedStore_OfFacesWithDepths_ServesTheRecordsThatTheStoreHas") {
   for (const std::string backend : {"pread", "compressed"}) {
     Stores stores(sheet(5, 4), 5);
-    ConversionRequest request;
-    request.from = stores.here.path() / "thin.plait";
-    request.to = stores.here.path() / "copy.plait";
-    request.backend = backend;
+    const ConversionRequest request{.from = stores.here.path() / "thin.plait",
+                                    .to = stores.here.path() / "copy.plait",
+                                    .backend = backend};
     convert(request, default_backends(), default_backends());
     Store copy = open(stores.here.path() / "copy.plait");
     const ServedStore served(copy, {});

@@ -3,7 +3,6 @@
 
 #include <catch2/catch.hpp>
 #include <cerrno>
-#include <fstream>
 #include <span>
 #include <string>
 
@@ -12,17 +11,13 @@
 #include "store/left_overs.h"
 #include "support/answering_operations.h"
 #include "support/error_of.h"
+#include "support/file_bytes.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 /// Where the message says that `name` stays.
 fs::path place_of(const std::string& message, const std::string& name) {
