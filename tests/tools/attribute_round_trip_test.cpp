@@ -13,9 +13,9 @@
 
 #include "plait/extend/attributed_mesh.h"
 #include "plait/mesh_io.h"
-#include "program.h"
 #include "support/shuffled_mesh.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
@@ -143,16 +143,11 @@ FineMesh read_fine_mesh(const fs::path& path) {
 
 TEST_CASE("Import_AttributesOfEveryType_ComeOutOfTheStoreWithTheSameBits") {
   for (const IndexedMesh& mesh : {torus_grid(6, 5), sheet(5, 4)}) {
-    const TemporaryDirectory directory;
-    const auto plait = [&](std::vector<std::string> arguments) {
-      const Outcome outcome = run(directory.path(), std::move(arguments));
-      CAPTURE(outcome.errors);
-      REQUIRE(outcome.status == 0);
-    };
-    write_ply(directory.path() / "mesh.ply", mesh);
-    plait({"subdivide", "mesh.ply", "smooth.plait", "--levels", "2"});
-    plait({"export", "smooth.plait", "smooth.ply"});
-    FineMesh fine{read_indexed_mesh(directory.path() / "smooth.ply"), {}};
+    const Workplace here;
+    write_ply(here.path("mesh.ply"), mesh);
+    here.succeed({"subdivide", "mesh.ply", "smooth.plait", "--levels", "2"});
+    here.succeed({"export", "smooth.plait", "smooth.ply"});
+    FineMesh fine{read_indexed_mesh(here.path("smooth.ply")), {}};
     std::mt19937 random(17);
     for (std::size_t vertex = 0; vertex < fine.mesh.positions.size(); ++vertex) {
       std::string& record = fine.records.emplace_back();
@@ -171,10 +166,10 @@ TEST_CASE("Import_AttributesOfEveryType_ComeOutOfTheStoreWithTheSameBits") {
       FineMesh other{shuffled(fine.mesh, turn, &former), {}};
       for (const VertexId vertex : former) other.records.push_back(fine.records[vertex]);
       REQUIRE(other.by_position() == expected);
-      other.write(directory.path() / "fine.ply");
-      plait({"import", "fine.ply", "s.plait", "--force"});
-      plait({"export", "s.plait", "out.ply", "--attribute", names, "--force"});
-      fine = read_fine_mesh(directory.path() / "out.ply");
+      other.write(here.path("fine.ply"));
+      here.succeed({"import", "fine.ply", "s.plait", "--force"});
+      here.succeed({"export", "s.plait", "out.ply", "--attribute", names, "--force"});
+      fine = read_fine_mesh(here.path("out.ply"));
       CHECK(fine.mesh.faces.size() == mesh.faces.size() * 16);
       CHECK(fine.by_position() == expected);
     }

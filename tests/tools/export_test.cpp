@@ -17,36 +17,23 @@
 #include "plait/notes.h"
 #include "plait/registry.h"
 #include "plait/store.h"
-#include "program.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
 constexpr int kLevel = 2;
 
-struct ExportWorkplace {
-  TemporaryDirectory directory;
+struct ExportWorkplace : Workplace {
   BaseMesh base;
   explicit ExportWorkplace(const IndexedMesh& mesh) : base(BaseMesh::build(mesh)) {
     write_ply(directory.path() / "mesh.ply", mesh);
-    const Outcome made =
-        plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--block", "4K"});
-    CAPTURE(made.errors);
-    REQUIRE(made.status == 0);
+    succeed({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--block", "4K"});
   }
-  Outcome plait(std::vector<std::string> arguments) const {
-    return run(directory.path(), std::move(arguments));
-  }
-  std::filesystem::path write(const std::string& name,
-                              std::vector<std::string> options = {}) const {
-    std::vector<std::string> arguments = {"export", "s.plait", name, "--level",
-                                          std::to_string(kLevel)};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const Outcome outcome = plait(arguments);
-    CAPTURE(outcome.errors);
-    REQUIRE(outcome.status == 0);
-    return directory.path() / name;
+  std::filesystem::path write(const std::string& name, const Words& options = {}) const {
+    succeed({"export", "s.plait", name, "--level", std::to_string(kLevel)}, options);
+    return path(name);
   }
 };
 
@@ -109,7 +96,7 @@ TEST_CASE("Export_PlyAndObjOfAnyMesh_ReadBackWithTheCountsOfTheLevel") {
                                   single_triangle(), two_components(), random_sphere(3, 100)}) {
     const ExportWorkplace here(mesh);
     CAPTURE(here.base.vertex_count());
-    std::vector<std::string> warnings;
+    Words warnings;
     const BaseMesh ply = read_base_mesh(here.write("out.ply"), &warnings);
     check_counts(ply, here.base);
     for (const char* name : {"out.ply.gz", "out.ply.zst", "out.obj", "out.obj.gz", "out.obj.zst",
@@ -127,9 +114,8 @@ TEST_CASE("Export_PlyAndObjOfAnyMesh_ReadBackWithTheCountsOfTheLevel") {
 TEST_CASE("Export_VerticesOfAFile_ComeByLevelSoThatTheBaseIsAPrefix") {
   const ExportWorkplace here(icosahedron());
   const IndexedMesh fine = read_indexed_mesh(here.write("fine.ply"));
-  const Outcome coarse = here.plait({"export", "s.plait", "coarse.ply", "--level", "0"});
-  REQUIRE(coarse.status == 0);
-  const IndexedMesh base = read_indexed_mesh(here.directory.path() / "coarse.ply");
+  const Outcome coarse = here.succeed({"export", "s.plait", "coarse.ply", "--level", "0"});
+  const IndexedMesh base = read_indexed_mesh(here.path("coarse.ply"));
   REQUIRE(base.positions.size() == 12);
   CHECK(base.faces.size() == 20);
   CHECK(std::equal(base.positions.begin(), base.positions.end(), fine.positions.begin()));
@@ -156,8 +142,7 @@ TEST_CASE("Export_NormalsAskedFor_AreWrittenAndPointOutwards") {
 TEST_CASE("Export_FaceAttributesAskedFor_AreNumbersOfTheTriangles") {
   const ExportWorkplace here(icosahedron());
   {
-    Store store =
-        Store::open(here.directory.path() / "s.plait", {.writable = true}, default_backends());
+    Store store = Store::open(here.path("s.plait"), {.writable = true}, default_backends());
     store.notes().add_face_attribute({"material", ComponentType::kUint16, 1});
     store.notes().add_face_attribute({"part", ComponentType::kUint8, 1});
     for (std::uint16_t face = 0; face < 20; ++face) {
@@ -183,8 +168,8 @@ TEST_CASE("Export_FaceAttributesAskedFor_AreNumbersOfTheTriangles") {
     REQUIRE(material == 1000 + face);
     REQUIRE(static_cast<std::uint8_t>(ply[triangles + 16 * triangle + 15]) == face % 3);
   }
-  std::vector<std::string> warnings;
-  check_counts(read_base_mesh(here.directory.path() / "f.ply", &warnings), here.base);
+  Words warnings;
+  check_counts(read_base_mesh(here.path("f.ply"), &warnings), here.base);
 
   // Of some patches, one of them named twice. In VTK files, the array follows its length.
   const std::size_t part[] = {3, 5, 6}, count = std::size(part) << (2 * kLevel);
@@ -210,8 +195,8 @@ TEST_CASE("Export_FaceAttributesAskedFor_AreNumbersOfTheTriangles") {
   CHECK(here.plait({"export", "s.plait", "x.ply", "--face-attribute", "part,part"}).status == 2);
 
   // Copies have them, and info shows them.
-  REQUIRE(here.plait({"convert", "s.plait", "t.plait", "--backend", "pread"}).status == 0);
-  const nlohmann::json info = here.plait({"info", "t.plait", "--json"}).json();
+  here.succeed({"convert", "s.plait", "t.plait", "--backend", "pread"});
+  const nlohmann::json info = here.report({"info", "t.plait"});
   CHECK(info["texts"]["unit"] == "mm");
   CHECK(info["face_attributes"][0]["name"] == "material");
   CHECK(here.plait({"info", "t.plait"})
@@ -242,12 +227,12 @@ TEST_CASE("Export_StlOfAClosedMesh_HasEveryEdgeTwiceAndOuterNormals") {
 
 TEST_CASE("Export_LevelThatIsNotThere_IsRefusedAndLeavesNothing") {
   const ExportWorkplace here(icosahedron());
-  const auto before = names_in(here.directory.path());
+  const auto before = here.names();
   CHECK(here.plait({"export", "s.plait", "out.ply", "--level", "4"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "out.dae"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "s.plait"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "no/out.ply"}).status == 2);
-  CHECK(names_in(here.directory.path()) == before);
+  CHECK(here.names() == before);
 }
 
 TEST_CASE("Export_FileThatExists_IsReplacedByForceAlone") {
@@ -259,11 +244,11 @@ TEST_CASE("Export_FileThatExists_IsReplacedByForceAlone") {
     std::ofstream(here.directory.path() / name) << "mine";
   for (const char* name : {"out.ply", "out.pvtp", "out.gltf"}) {
     CAPTURE(name);
-    const auto before = names_in(here.directory.path());
+    const auto before = here.names();
     const Outcome refused = here.plait({"export", "s.plait", name});
     CHECK(refused.status == 2);
     CHECK(refused.errors.find("exists already") != std::string::npos);
-    CHECK(names_in(here.directory.path()) == before);
+    CHECK(here.names() == before);
   }
   for (const char* name : {"out.ply", "out_0.vtp", "out.bin"}) CHECK(content(name) == "mine");
   for (const char* name : {"out.ply", "out.pvtp", "out.gltf"})
@@ -280,23 +265,22 @@ TEST_CASE("Export_NamesThatAreNoUtf8_AreReportedOrRefusedWhereAFileWouldNameThem
     CHECK(outcome.json()["vertices"].is_number());
     CHECK(std::filesystem::exists(here.directory.path() / name));
   }
-  const auto before = names_in(here.directory.path());
+  const auto before = here.names();
   for (const char* name : {"Gel\xe4nde.pvtp", "Gel\xe4nde.gltf", "a\nb.pvtp"}) {
     const Outcome outcome = here.plait({"export", "s.plait", name, "--json"});
     CHECK(outcome.status == 2);
     CHECK(outcome.errors.find("UTF-8") != std::string::npos);
   }
-  CHECK(names_in(here.directory.path()) == before);
+  CHECK(here.names() == before);
 }
 
 TEST_CASE("Export_RefinedBaseMesh_StartsAtTheBaseLevel") {
   const ExportWorkplace here(icosahedron());
-  REQUIRE(here.plait({"subdivide", "mesh.ply", "r.plait", "--levels", "3", "--max-slot", "12"})
-              .status == 0);
-  REQUIRE(here.plait({"export", "r.plait", "r.ply"}).status == 0);
-  REQUIRE(here.plait({"export", "s.plait", "s.ply"}).status == 0);
-  const BaseMesh refined = read_base_mesh(here.directory.path() / "r.ply");
-  const BaseMesh plain = read_base_mesh(here.directory.path() / "s.ply");
+  here.succeed({"subdivide", "mesh.ply", "r.plait", "--levels", "3", "--max-slot", "12"});
+  here.succeed({"export", "r.plait", "r.ply"});
+  here.succeed({"export", "s.plait", "s.ply"});
+  const BaseMesh refined = read_base_mesh(here.path("r.ply"));
+  const BaseMesh plain = read_base_mesh(here.path("s.ply"));
   CHECK(refined.vertex_count() == plain.vertex_count());
   // With other base vertices, sums run in another order. So the positions are equal except for
   // rounding.

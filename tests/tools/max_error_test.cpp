@@ -6,31 +6,25 @@
 #include <vector>
 
 #include "plait/mesh_io.h"
-#include "program.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
-using Names = std::vector<std::string>;
-
-struct RoundingWorkplace {
-  TemporaryDirectory directory;
+struct RoundingWorkplace : Workplace {
   RoundingWorkplace() {
-    write_ply(directory.path() / "mesh.ply", random_sphere(7, 200));
-    REQUIRE(plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals"}).status == 0);
+    write_ply(path("mesh.ply"), random_sphere(7, 200));
+    succeed({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals"});
   }
-  Outcome plait(Names arguments) const { return run(directory.path(), std::move(arguments)); }
-  Outcome convert(const std::string& from, const std::string& to, Names options) const {
-    Names arguments = {"convert", from, to, "--json"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    return plait(arguments);
+  Outcome convert(const std::string& from, const std::string& to, const Words& options) const {
+    return plait({"convert", from, to, "--json"}, options);
   }
-  std::string digest(const std::string& store) const {
-    return plait({"digest", store}).last_line();
+  Outcome must_convert(const std::string& from, const std::string& to, const Words& options) const {
+    return succeed({"convert", from, to, "--json"}, options);
   }
   nlohmann::json attribute(const std::string& store, std::size_t index) const {
-    return plait({"info", store, "--json"}).json()["attributes"][index];
+    return report({"info", store})["attributes"][index];
   }
 };
 
@@ -45,11 +39,9 @@ bool is_same(nlohmann::json found, nlohmann::json expected) {
 
 TEST_CASE("MaxError_Copy_KeepsTheBoundAndRecordsIt") {
   const RoundingWorkplace here;
-  const Outcome made =
-      here.convert("s.plait", "lossy.plait",
-                   {"--max-error", "1e-4rel", "--max-error", "normal=1e-3,euclidean", "--verify"});
-  CAPTURE(made.errors);
-  REQUIRE(made.status == 0);
+  const Outcome made = here.must_convert(
+      "s.plait", "lossy.plait",
+      {"--max-error", "1e-4rel", "--max-error", "normal=1e-3,euclidean", "--verify"});
   CHECK(made.json()["backend"] == "compressed");
   CHECK(made.json()["digest"] == here.digest("lossy.plait"));
   CHECK(here.digest("lossy.plait") != here.digest("s.plait"));
@@ -70,26 +62,26 @@ TEST_CASE("MaxError_Copy_KeepsTheBoundAndRecordsIt") {
   CHECK(info.output.find("error at most 0.001 (euclidean), largest found") != std::string::npos);
   CHECK(here.attribute("s.plait", 0)["max_error"].is_null());
   // A copy without the option keeps the records and what is said of them.
-  REQUIRE(here.convert("lossy.plait", "raw.plait", {"--backend", "pread", "--verify"}).status == 0);
+  here.must_convert("lossy.plait", "raw.plait", {"--backend", "pread", "--verify"});
   CHECK(here.digest("raw.plait") == here.digest("lossy.plait"));
   CHECK(here.attribute("raw.plait", 0)["max_error"] == position);
 }
 
 TEST_CASE("MaxError_SameBoundAgain_ChangesNothing") {
   const RoundingWorkplace here;
-  const Names bound = {"--max-error", "1e-5rel", "--max-error", "normal=1e-4"};
-  REQUIRE(here.convert("s.plait", "once.plait", bound).status == 0);
-  REQUIRE(here.convert("once.plait", "twice.plait", bound).status == 0);
+  const Words bound = {"--max-error", "1e-5rel", "--max-error", "normal=1e-4"};
+  here.must_convert("s.plait", "once.plait", bound);
+  here.must_convert("once.plait", "twice.plait", bound);
   CHECK(here.digest("once.plait") == here.digest("twice.plait"));
-  nlohmann::json once = here.plait({"info", "once.plait", "--json"}).json(),
-                 twice = here.plait({"info", "twice.plait", "--json"}).json();
+  nlohmann::json once = here.report({"info", "once.plait"}),
+                 twice = here.report({"info", "twice.plait"});
   for (const char* own : {"store", "uuid"}) once.erase(own), twice.erase(own);
   CHECK(once == twice);
 }
 
 TEST_CASE("MaxError_AnyPipelineBlockSizeAndBudget_MakesTheSameRecords") {
   const RoundingWorkplace here;
-  const std::vector<Names> ways = {{},
+  const std::vector<Words> ways = {{},
                                    {"--compress", "fast"},
                                    {"--compress", "small", "--block", "4KiB"},
                                    {"--compress", "hierarchy:midpoint+shuffle,lz4"},
@@ -100,12 +92,10 @@ TEST_CASE("MaxError_AnyPipelineBlockSizeAndBudget_MakesTheSameRecords") {
   for (std::size_t way = 0; way < ways.size(); ++way) {
     CAPTURE(way);
     const std::string store = "way" + std::to_string(way) + ".plait";
-    Names options = ways[way];
+    Words options = ways[way];
     for (const char* each : {"--max-error", "2e-4rel", "--max-error", "normal=0.01", "--verify"})
       options.emplace_back(each);
-    const Outcome made = here.convert("s.plait", store, options);
-    CAPTURE(made.errors);
-    REQUIRE(made.status == 0);
+    const Outcome made = here.must_convert("s.plait", store, options);
     const std::string found = here.digest(store);
     if (way == 0) expected = found;
     CHECK(found == expected);
@@ -124,15 +114,15 @@ TEST_CASE("MaxError_TextsAndAttributesThatItDoesNotTake_AreRefused") {
   }
   CHECK(here.convert("s.plait", "out.plait", {"--max-error", "colour=1e-5"}).status != 0);
   CHECK(here.convert("s.plait", "out.plait", {"--max-error", "1e-60"}).status != 0);
-  CHECK_FALSE(std::filesystem::exists(here.directory.path() / "out.plait"));
+  CHECK_FALSE(here.has("out.plait"));
 }
 
 TEST_CASE("SubdivideMaxError_AnyBackendExecutorAndBudget_IsAsSubdivideAndThenConvert") {
   const RoundingWorkplace here;
-  const Names bounds = {"--max-error", "1e-4rel", "--max-error", "normal=1e-3,euclidean"};
-  REQUIRE(here.convert("s.plait", "converted.plait", bounds).status == 0);
+  const Words bounds = {"--max-error", "1e-4rel", "--max-error", "normal=1e-3,euclidean"};
+  here.must_convert("s.plait", "converted.plait", bounds);
   const std::string expected = here.digest("converted.plait");
-  const std::vector<Names> ways = {{},
+  const std::vector<Words> ways = {{},
                                    {"--executor", "sweep", "--compress", "small"},
                                    {"--backend", "pread", "--block", "4KiB"},
                                    {"--backend", "mmap", "--memory", "2MiB", "--threads", "1"},
@@ -142,14 +132,12 @@ TEST_CASE("SubdivideMaxError_AnyBackendExecutorAndBudget_IsAsSubdivideAndThenCon
     CAPTURE(way);
     const std::string store = "way" + std::to_string(way) + ".plait";
     const bool in_memory = way + 1 == ways.size();
-    Names arguments = {"subdivide", "mesh.ply", "--levels",     "3",   "--normals", "--json",
+    Words arguments = {"subdivide", "mesh.ply", "--levels",     "3",   "--normals", "--json",
                        "--digest",  "--verify", "--durability", "none"};
     if (!in_memory) arguments.insert(arguments.begin() + 2, store);
     arguments.insert(arguments.end(), bounds.begin(), bounds.end());
     arguments.insert(arguments.end(), ways[way].begin(), ways[way].end());
-    const Outcome made = here.plait(arguments);
-    CAPTURE(made.errors);
-    REQUIRE(made.status == 0);
+    const Outcome made = here.succeed(arguments);
     CHECK(made.json()["digest"] == expected);
     CHECK(made.json()["backend"] == (way == 2   ? "pread"
                                      : way == 3 ? "mmap"
@@ -164,7 +152,7 @@ TEST_CASE("SubdivideMaxError_AnyBackendExecutorAndBudget_IsAsSubdivideAndThenCon
     CHECK(here.plait({"verify", store}).status == 0);
     CHECK(here.attribute(store, 0)["max_error"] == found["position"]);
     CHECK(here.attribute(store, 1)["max_error"] == found["normal"]);
-    CHECK(here.plait({"info", store, "--json"}).json()["scheme"].get<std::string>().empty());
+    CHECK(here.report({"info", store})["scheme"].get<std::string>().empty());
   }
   // Levels that count in steps, as those of convert.
   for (const std::size_t id : {0u, 1u})
@@ -174,24 +162,22 @@ TEST_CASE("SubdivideMaxError_AnyBackendExecutorAndBudget_IsAsSubdivideAndThenCon
 
 TEST_CASE("SubdivideMaxError_PositionsAlone_LeavesNormalsAsTheSchemeMadeThem") {
   const RoundingWorkplace here;
-  const Outcome made = here.plait({"subdivide", "mesh.ply", "lossy.plait", "--levels", "3",
-                                   "--normals", "--max-error", "1e-3rel", "--executor", "sweep"});
-  CAPTURE(made.errors);
-  REQUIRE(made.status == 0);
+  const Outcome made = here.succeed({"subdivide", "mesh.ply", "lossy.plait", "--levels", "3",
+                                     "--normals", "--max-error", "1e-3rel", "--executor", "sweep"});
   CHECK(made.output.find("rounded    position: rounded to steps of") != std::string::npos);
   const nlohmann::json normal = here.attribute("lossy.plait", 1);
   CHECK_FALSE(normal.contains("max_error"));
   for (const nlohmann::json& level : normal["levels"])
     CHECK(level["blocks_predicted"] == level["blocks"]);
   // Rounding what was rounded changes nothing.
-  REQUIRE(here.convert("lossy.plait", "again.plait", {"--max-error", "1e-3rel"}).status == 0);
+  here.must_convert("lossy.plait", "again.plait", {"--max-error", "1e-3rel"});
   CHECK(here.digest("again.plait") == here.digest("lossy.plait"));
 }
 
 TEST_CASE("SubdivideMaxError_WhatItCannotKeep_IsRefusedBeforeAnyWork") {
   const RoundingWorkplace here;
   const struct {
-    Names options;
+    Words options;
     const char* words;
   } cases[] = {{{"--max-error", "colour=1e-5"}, "error bounds of position, found one of 'colour'"},
                {{"--max-error", "normal=1e-5"}, "found one of 'normal', which is not asked for"},
@@ -203,19 +189,17 @@ TEST_CASE("SubdivideMaxError_WhatItCannotKeep_IsRefusedBeforeAnyWork") {
                {{"--max-error", "1e-5", "--resume"}, "round a copy of the finished store"},
                {{"--max-error", "1e-5", "--compress", "@4=fast"}, "expected levels from 1 to 3"}};
   for (const auto& [options, words] : cases) {
-    Names arguments = {"subdivide", "mesh.ply", "out.plait", "--levels", "3"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const Outcome refused = here.plait(arguments);
+    const Outcome refused =
+        here.plait({"subdivide", "mesh.ply", "out.plait", "--levels", "3"}, options);
     CAPTURE(options, refused.errors);
     CHECK(refused.status != 0);
     CHECK(refused.error_lines() == 1);
     CHECK(refused.errors.find(words) != std::string::npos);
-    CHECK_FALSE(std::filesystem::exists(here.directory.path() / "out.plait"));
+    CHECK_FALSE(here.has("out.plait"));
   }
   // No finer level is made from rounded ones.
-  REQUIRE(here.plait({"subdivide", "mesh.ply", "out.plait", "--levels", "2", "--max-error", "1e-4",
-                      "--backend", "pread"})
-              .status == 0);
+  here.succeed({"subdivide", "mesh.ply", "out.plait", "--levels", "2", "--max-error", "1e-4",
+                "--backend", "pread"});
   const Outcome resumed =
       here.plait({"subdivide", "mesh.ply", "out.plait", "--levels", "3", "--resume"});
   CHECK(resumed.status == 2);

@@ -12,21 +12,17 @@
 
 #include "plait/extend/attributed_mesh.h"
 #include "plait/mesh_io.h"
-#include "program.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
 using Catch::Matchers::Contains;
 
-struct Doors {
-  TemporaryDirectory directory;
+struct Doors : Workplace {
   void write(const char* name, const std::string& bytes) const {
-    std::ofstream(directory.path() / name, std::ios::binary) << bytes;
-  }
-  Outcome plait(std::vector<std::string> arguments) const {
-    return run(directory.path(), std::move(arguments));
+    std::ofstream(path(name), std::ios::binary) << bytes;
   }
   /// Different values of y of the finest level.
   std::size_t rows_of(const std::string& store) const {
@@ -133,8 +129,8 @@ TEST_CASE("SubdivideAndRemesh_GroundFarAway_TakeFloat64ByThemselves") {
 
 TEST_CASE("Subdivide_PrecisionAuto_IsTheDefaultAndLeavesSmallMeshesAlone") {
   const Doors here;
-  write_ply(here.directory.path() / "m.ply", torus_grid(6, 5));
-  const auto digest = [&](std::vector<std::string> more) {
+  write_ply(here.path("m.ply"), torus_grid(6, 5));
+  const auto digest = [&](Words more) {
     more.insert(more.begin(),
                 {"subdivide", "m.ply", "--levels", "2", "--backend", "memory", "--digest"});
     return here.plait(std::move(more)).last_line();
@@ -151,18 +147,17 @@ TEST_CASE("Plan_MeshThatFloat32DoesNotKeep_TakesFloat64OrRefuses") {
       here.plait({"plan", "ground.obj", "ground.plan", "--levels", "1", "--parts", "2"});
   CHECK(planned.status == 0);
   CHECK_THAT(planned.errors, Contains("positions are float64"));
-  for (const char* part : {"0", "1"})
-    REQUIRE(here.plait({"part", "ground.plan", part}).status == 0);
-  REQUIRE(here.plait({"join", "ground.plan", "ground.plait"}).status == 0);
-  REQUIRE(here.plait({"subdivide", "ground.obj", "one.plait", "--levels", "1"}).status == 0);
+  for (const char* part : {"0", "1"}) here.succeed({"part", "ground.plan", part});
+  here.succeed({"join", "ground.plan", "ground.plait"});
+  here.succeed({"subdivide", "ground.obj", "one.plait", "--levels", "1"});
   CHECK(here.plait({"digest", "ground.plait"}).last_line() ==
         here.plait({"digest", "one.plait"}).last_line());
 
   here.write("huge.off", "OFF\n3 1 0\n0 0 0\n1e300 0 0\n0 1e300 0\n3 0 1 2\n");
   for (const std::string command : {"plan", "subdivide"}) {
     const auto make = [&](const char* precision) {
-      std::vector<std::string> words = {command, "huge.off",    command + ".out", "--levels",
-                                        "1",     "--precision", precision};
+      Words words = {command, "huge.off",    command + ".out", "--levels",
+                     "1",     "--precision", precision};
       if (command == "plan") words.insert(words.end(), {"--parts", "2"});
       return here.plait(words);
     };
@@ -191,12 +186,9 @@ TEST_CASE("MeshCommands_SeamFile_SayHowManyVerticesAndWeld") {
                                           "border") &&
                                  !Contains("seams"));
   CHECK_THAT(checked.errors, Contains("320 vertices became others of the same position"));
-  for (const std::vector<std::string>& weld :
-       {std::vector<std::string>{"--weld"}, {"--weld", "1e-7"}, {"--weld=0"}}) {
-    std::vector<std::string> words = {"subdivide", "soup.ply", "w.plait", "--levels",
-                                      "1",         "--force",  "--json"};
-    words.insert(words.end(), weld.begin(), weld.end());
-    const Outcome closed = here.plait(words);
+  for (const Words& weld : {Words{"--weld"}, {"--weld", "1e-7"}, {"--weld=0"}}) {
+    const Outcome closed = here.plait(
+        {"subdivide", "soup.ply", "w.plait", "--levels", "1", "--force", "--json"}, weld);
     CHECK(closed.status == 0);
     CHECK_THAT(closed.errors, !Contains("seams"));
     CHECK(closed.json()["input"]["vertices"] == 64);

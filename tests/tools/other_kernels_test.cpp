@@ -9,32 +9,28 @@
 #include <vector>
 
 #include "plait/mesh_io.h"
-#include "program.h"
 #include "support/other_kernel.h"
 #include "support/sanitized.h"
 #include "support/skip.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
 namespace fs = std::filesystem;
 using Catch::Matchers::Contains;
-using Names = std::vector<std::string>;
 
 constexpr int kNotSupportedByKernel = 524;
 
-struct KernelPlace {
-  TemporaryDirectory directory;
-  std::string digest;
+struct KernelPlace : Workplace {
+  std::string expected;
   explicit KernelPlace(const std::string& backend = "pread") {
-    write_ply(directory.path() / "mesh.ply", random_sheet(5, 60));
+    write_ply(path("mesh.ply"), random_sheet(5, 60));
     plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--backend", backend});
-    digest = plait({"digest", "s.plait"}).last_line();
+    expected = digest("s.plait");
   }
-  Outcome plait(Names arguments) const { return run(directory.path(), std::move(arguments)); }
-  Names names() const { return names_in(directory.path()); }
 };
 
 struct OtherKernel {
@@ -45,7 +41,7 @@ struct OtherKernel {
 
 /// Commands that together make, replace, copy, join, read and export stores.
 void check_commands(const KernelPlace& here, const std::string& said) {
-  const std::vector<Names> commands = {
+  const std::vector<Words> commands = {
       {"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--force"},
       {"convert", "s.plait", "c.plait", "--compress", "small", "--force"},
       {"plan", "mesh.ply", "p.plan", "--levels", "3", "--parts", "2"},
@@ -56,7 +52,7 @@ void check_commands(const KernelPlace& here, const std::string& said) {
       {"export", "c.plait", "out.ply", "--force"},
       {"verify", "j.plait"}};
   bool was_said = said.empty();
-  for (const Names& command : commands) {
+  for (const Words& command : commands) {
     const Outcome outcome = here.plait(command);
     CAPTURE(command, outcome.errors);
     CHECK(outcome.status == 0);
@@ -68,7 +64,7 @@ void check_commands(const KernelPlace& here, const std::string& said) {
   }
   CHECK(was_said);
   for (const char* store : {"s.plait", "c.plait", "j.plait"})
-    CHECK(here.plait({"digest", store}).last_line() == here.digest);
+    CHECK(here.plait({"digest", store}).last_line() == here.expected);
 }
 
 }  // namespace
@@ -82,7 +78,7 @@ TEST_CASE("Commands_OnKernelsThatAnswerOtherwise_MakeTheSameStores") {
       {"the same by a filter", {{SYS_flock, EPERM}}, "has no locks"},
       {"a file system that takes no operation of flock", {{SYS_flock, EINVAL}}, "has no locks"},
       {"one that takes only writers", {{SYS_flock, EBADF}}, "has no locks"},
-      // Names that cannot be exchanged, or not be kept from replacing others.
+      // Words that cannot be exchanged, or not be kept from replacing others.
       {"google/gvisor#7895", {{SYS_renameat2, EINVAL, 4, 2}}, "cannot exchange two names"},
       {"oven-sh/bun#36229: NFS, any flag", {{SYS_renameat2, EINVAL}}, "cannot exchange two names"},
       {"rust-lang/libs-team#131: no such call", {{SYS_renameat2, ENOSYS}}, "cannot exchange"},
@@ -108,7 +104,7 @@ TEST_CASE("Commands_OnKernelsThatAnswerOtherwise_MakeTheSameStores") {
     const KernelPlace here(is_mapped ? "mmap" : "pread");
     if (!on_other_kernel(kernel.answers, [&] { check_commands(here, kernel.said); }))
       return skip("the system allows no filter of system calls");
-    CHECK(here.names() == Names{"c.plait", "j.plait", "mesh.ply", "out.ply", "p.plan", "s.plait"});
+    CHECK(here.names() == Words{"c.plait", "j.plait", "mesh.ply", "out.ply", "p.plan", "s.plait"});
   }
 }
 
@@ -127,10 +123,10 @@ TEST_CASE("StoreOfUring_WhereTheKernelRefusesARing_IsReadByPreadAndTheLimitIsNam
   const KernelPlace here("uring");
   for (const OtherKernel& kernel : kernels) {
     CAPTURE(kernel.report);
-    const Names before = here.names();
+    const Words before = here.names();
     if (!on_other_kernel(kernel.answers, [&] {
-          for (const Names& command :
-               {Names{"digest", "s.plait"},
+          for (const Words& command :
+               {Words{"digest", "s.plait"},
                 {"verify", "s.plait"},
                 {"export", "s.plait", "a.ply"},
                 {"subdivide", "mesh.ply", "u.plait", "--levels", "1", "--backend", "uring"}}) {
@@ -138,7 +134,7 @@ TEST_CASE("StoreOfUring_WhereTheKernelRefusesARing_IsReadByPreadAndTheLimitIsNam
             CAPTURE(command, outcome.errors);
             CHECK(outcome.status == 0);
             CHECK_THAT(outcome.errors, Contains(kernel.said) && Contains("pread instead"));
-            if (command[0] == "digest") CHECK(outcome.last_line() == here.digest);
+            if (command[0] == "digest") CHECK(outcome.last_line() == here.expected);
           }
           for (const char* made : {"a.ply", "u.plait"})
             fs::remove_all(here.directory.path() / made);
@@ -152,12 +148,12 @@ TEST_CASE("StoreOfUring_WhereTheKernelRefusesARing_IsReadByPreadAndTheLimitIsNam
 // there is no clone3(), whose flags a filter cannot see.
 TEST_CASE("Commands_WhereNoThreadCanBeHad_FailInWordsAndLeaveNothing") {
   const KernelPlace here;
-  const Names before = here.names();
+  const Words before = here.names();
   const std::vector<Answer> no_threads = {{SYS_clone3, ENOSYS},
                                           {SYS_clone, EAGAIN, 0, CLONE_THREAD}};
   if (!on_other_kernel(no_threads, [&] {
-        for (const Names& command :
-             {Names{"subdivide", "mesh.ply", "n.plait", "--levels", "4", "--threads", "4"},
+        for (const Words& command :
+             {Words{"subdivide", "mesh.ply", "n.plait", "--levels", "4", "--threads", "4"},
               {"convert", "s.plait", "n.plait", "--threads", "4"},
               {"import", "mesh.ply", "n.plait", "--threads", "4"},
               {"digest", "s.plait", "--threads", "4"}}) {
@@ -166,8 +162,7 @@ TEST_CASE("Commands_WhereNoThreadCanBeHad_FailInWordsAndLeaveNothing") {
           CHECK((outcome.status == 0 || outcome.status == 1 || outcome.status == 2));
           CHECK(outcome.error_lines() <= 1);
           if (outcome.status == 1) CHECK_THAT(outcome.errors, Contains("thread"));
-          if (fs::exists(here.directory.path() / "n.plait"))
-            CHECK(here.plait({"clean", "."}).status == 0);
+          if (here.has("n.plait")) CHECK(here.plait({"clean", "."}).status == 0);
         }
       }))
     return skip("the system allows no filter of system calls");
@@ -190,9 +185,9 @@ TEST_CASE("Force_OverAStoreInALowerLayer_IsRefusedBeforeTheWork") {
     return ::mount("overlay", (all / "merged").c_str(), "overlay", 0, options.c_str()) == 0;
   };
   const auto work = [&] {
-    const auto plait = [&](Names arguments) { return run(all / "merged", std::move(arguments)); };
-    for (const Names& command :
-         {Names{"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--force"},
+    const auto plait = [&](Words arguments) { return run(all / "merged", std::move(arguments)); };
+    for (const Words& command :
+         {Words{"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--force"},
           {"convert", "s.plait", "n.plait"},
           {"convert", "n.plait", "s.plait", "--force"}}) {
       const Outcome outcome = plait(command);
@@ -205,14 +200,14 @@ TEST_CASE("Force_OverAStoreInALowerLayer_IsRefusedBeforeTheWork") {
       CHECK_THAT(outcome.errors, Contains("replace s.plait") && Contains("lower layer") &&
                                      Contains("Invalid cross-device link"));
     }
-    CHECK(plait({"digest", "s.plait"}).last_line() == here.digest);
+    CHECK(plait({"digest", "s.plait"}).last_line() == here.expected);
     // What is made here can be replaced, and so can files of a lower layer.
     CHECK(plait({"subdivide", "mesh.ply", "n.plait", "--levels", "3", "--force"}).status == 0);
-    CHECK(plait({"digest", "n.plait"}).last_line() == here.digest);
+    CHECK(plait({"digest", "n.plait"}).last_line() == here.expected);
     CHECK(plait({"export", "n.plait", "out.ply", "--force"}).status == 0);
     CHECK(plait({"bounds", "s.plait"}).status == 0);  // a commit into the store of the lower layer
     CHECK(plait({"verify", "s.plait"}).status == 0);
-    CHECK(names_in(all / "merged") == Names{"mesh.ply", "n.plait", "out.ply", "s.plait"});
+    CHECK(names_in(all / "merged") == Words{"mesh.ply", "n.plait", "out.ply", "s.plait"});
   };
   if (!with_own_mounts(mount, work)) return skip("no overlay can be mounted here");
 }
@@ -231,11 +226,11 @@ TEST_CASE("StoreOnAReadOnlyMount_IsReadByEveryCommandAndRefusedToWriters") {
     };
     const auto work = [&] {
       const Outcome digest = here.plait({"digest", "s.plait"});
-      CHECK(digest.last_line() == here.digest);
+      CHECK(digest.last_line() == here.expected);
       CHECK(digest.errors.empty());
       CHECK(here.plait({"verify", "s.plait"}).status == 0);
       CHECK(here.plait({"info", "s.plait"}).status == 0);
-      for (const Names& command : {Names{"bounds", "s.plait"},
+      for (const Words& command : {Words{"bounds", "s.plait"},
                                    {"export", "s.plait", "a.ply"},
                                    {"convert", "s.plait", "s.plait", "--force"},
                                    {"repair", "s.plait"}}) {
@@ -247,14 +242,14 @@ TEST_CASE("StoreOnAReadOnlyMount_IsReadByEveryCommandAndRefusedToWriters") {
       }
     };
     if (!with_own_mounts(mount, work)) return skip("nothing can be mounted here");
-    CHECK(here.names() == Names{"mesh.ply", "s.plait"});
+    CHECK(here.names() == Words{"mesh.ply", "s.plait"});
   }
 }
 
 // rust-lang/rust#83904, uutils/coreutils#11122: what cannot be printed is no success.
 TEST_CASE("Commands_WithClosedStreams_MakeTheSameStoreAndLoseNoWord") {
   const KernelPlace here;
-  const auto closed = [&](const std::string& streams, const Names& arguments) {
+  const auto closed = [&](const std::string& streams, const Words& arguments) {
     std::string line = std::string("exec ") + PLAIT_PROGRAM;
     for (const std::string& word : arguments) line += " " + word;
     const std::string whole = "cd " + here.directory.path().native() + " && " + line + streams;
@@ -268,7 +263,7 @@ TEST_CASE("Commands_WithClosedStreams_MakeTheSameStoreAndLoseNoWord") {
       CAPTURE(streams, backend);
       CHECK(closed(streams, {"subdivide", "mesh.ply", "n.plait", "--levels", "3", "--force",
                              "--backend", backend}) == 0);
-      CHECK(here.plait({"digest", "n.plait"}).last_line() == here.digest);
+      CHECK(here.plait({"digest", "n.plait"}).last_line() == here.expected);
       CHECK(here.plait({"verify", "n.plait"}).status == 0);
     }
   for (const std::string streams : {" >&-", " >&- 2>&-", " <&- >&- 2>&-", " >/dev/full"}) {
@@ -278,7 +273,7 @@ TEST_CASE("Commands_WithClosedStreams_MakeTheSameStoreAndLoseNoWord") {
     CHECK(closed(streams + (streams.find("2>") == std::string::npos ? " 2>/dev/null" : ""),
                  {"info", "s.plait", "--json"}) == 1);
   }
-  CHECK(here.plait({"digest", "s.plait"}).last_line() == here.digest);
+  CHECK(here.plait({"digest", "s.plait"}).last_line() == here.expected);
 }
 
 }  // namespace plait::test

@@ -13,20 +13,18 @@
 #include <string>
 #include <vector>
 
-#include "program.h"
 #include "support/computing.h"
 #include "support/sanitized.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
-
-using Names = std::vector<std::string>;
 
 int rounds() { return std::getenv("PLAIT_LONG") ? 100 : unless_sanitized(3, 1); }
 
 /// Runs the command and kills it again and again, later each time, until it ends. Returns how often
 /// it was killed.
-int run_until_done(const std::filesystem::path& directory, const Names& arguments,
+int run_until_done(const std::filesystem::path& directory, const Words& arguments,
                    std::mt19937_64& random, std::uint64_t longest_us) {
   for (int kills = 0;; ++kills, longest_us += longest_us / 4) {
     Program program(directory, arguments);
@@ -44,52 +42,45 @@ int run_until_done(const std::filesystem::path& directory, const Names& argument
 
 TEST_CASE("PartAndJoin_KilledAgainAndAgain_ArriveAtTheStoreOfOneRun") {
   std::mt19937_64 random(13);
-  const TemporaryDirectory here(Medium::kMemory);
-  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
-  const Outcome whole = run(here.path(), {"subdivide", "m.ply", "whole.plait", "--levels", "4",
-                                          "--normals", "--digest", "--json"});
-  REQUIRE(whole.status == 0);
+  const Workplace here(Medium::kMemory);
+  here.succeed({"generate", "torus", "m.ply", "--vertices", "500"});
+  const Outcome whole = here.succeed(
+      {"subdivide", "m.ply", "whole.plait", "--levels", "4", "--normals", "--digest", "--json"});
   int kills = 0;
   for (int round = 0; round < rounds(); ++round) {
-    REQUIRE(run(here.path(), {"plan", "m.ply", "p", "--levels", "4", "--normals", "--parts", "3"})
-                .status == 0);
+    here.succeed({"plan", "m.ply", "p", "--levels", "4", "--normals", "--parts", "3"});
     for (const char* const part : {"0", "1", "2"})
-      kills += run_until_done(here.path(), {"part", "p", part}, random, 20000);
+      kills += run_until_done(here.directory.path(), {"part", "p", part}, random, 20000);
     // A killed join may have made the store already.
-    kills += run_until_done(here.path(), {"join", "p", "s.plait", "--force"}, random, 10000);
-    const Outcome digest = run(here.path(), {"digest", "s.plait", "--json"});
-    REQUIRE(digest.status == 0);
+    kills +=
+        run_until_done(here.directory.path(), {"join", "p", "s.plait", "--force"}, random, 10000);
+    const Outcome digest = here.succeed({"digest", "s.plait", "--json"});
     CHECK(digest.json()["digest"] == whole.json()["digest"]);
     // What was killed left nothing but the plan, and the last join has removed that of earlier
     // ones.
-    for (const auto& entry : std::filesystem::directory_iterator(here.path())) {
+    for (const auto& entry : std::filesystem::directory_iterator(here.directory.path())) {
       CAPTURE(entry.path());
       CHECK(entry.path().native().find("partial") == std::string::npos);
     }
     int directories = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(here.path() / "p"))
+    for (const auto& entry : std::filesystem::directory_iterator(here.path("p")))
       directories += entry.is_directory() ? 1 : 0;
     CHECK(directories == 3);
-    std::filesystem::remove_all(here.path() / "p");
-    std::filesystem::remove_all(here.path() / "s.plait");
+    std::filesystem::remove_all(here.path("p"));
+    std::filesystem::remove_all(here.path("s.plait"));
   }
   CHECK(kills > 0);
 }
 
 TEST_CASE("PassPartAndJoin_KilledAgainAndAgain_ArriveAtTheVersionOfOneRun") {
   std::mt19937_64 random(17);
-  const TemporaryDirectory here(Medium::kMemory);
-  const auto succeed = [&](const Names& arguments) {
-    const Outcome outcome = run(here.path(), arguments);
-    CAPTURE(arguments, outcome.errors);
-    REQUIRE(outcome.status == 0);
-    return outcome;
-  };
+  const Workplace here(Medium::kMemory);
+  const auto succeed = [&](const Words& arguments) { return here.succeed(arguments); };
   const auto make_shards = [&](const char* store) {
     succeed({"plan", "m.ply", "p", "--levels", "4", "--parts", "3"});
     for (const char* const part : {"0", "1", "2"}) succeed({"part", "p", part});
     succeed({"join", "p", store});
-    std::filesystem::remove_all(here.path() / "p");
+    std::filesystem::remove_all(here.path("p"));
   };
   const auto digest_of = [&](const char* store) {
     return succeed({"digest", store, "--json"}).json()["digest"];
@@ -99,59 +90,58 @@ TEST_CASE("PassPartAndJoin_KilledAgainAndAgain_ArriveAtTheVersionOfOneRun") {
   succeed({"plan", "--pass", "smooth", "undisturbed.plait", "q"});
   for (const char* const part : {"0", "1", "2"}) succeed({"part", "q", part});
   succeed({"join", "q", "undisturbed.plait"});
-  std::filesystem::remove_all(here.path() / "q");
+  std::filesystem::remove_all(here.path("q"));
   const auto expected = digest_of("undisturbed.plait");
   int kills = 0;
   for (int round = 0; round < rounds(); ++round) {
     make_shards("s.plait");
     succeed({"plan", "--pass", "smooth", "s.plait", "q"});
     for (const char* const part : {"0", "1", "2"})
-      kills += run_until_done(here.path(), {"part", "q", part}, random, 15000);
+      kills += run_until_done(here.directory.path(), {"part", "q", part}, random, 15000);
     // A killed join may have committed the version already.
-    kills += run_until_done(here.path(), {"join", "q", "s.plait"}, random, 8000);
+    kills += run_until_done(here.directory.path(), {"join", "q", "s.plait"}, random, 8000);
     CHECK(succeed({"join", "q", "s.plait", "--json"}).json()["version"] == 2);
     CHECK(digest_of("s.plait") == expected);
     succeed({"verify", "s.plait"});
     int directories = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(here.path() / "q"))
+    for (const auto& entry : std::filesystem::directory_iterator(here.path("q")))
       directories += entry.is_directory() ? 1 : 0;
     CHECK(directories == 3);
-    std::filesystem::remove_all(here.path() / "q");
-    std::filesystem::remove_all(here.path() / "s.plait");
+    std::filesystem::remove_all(here.path("q"));
+    std::filesystem::remove_all(here.path("s.plait"));
   }
   CHECK(kills > 0);
 }
 
 TEST_CASE("PassOnTheCommandLine_OptionsAndRefusals_AreSaid") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const auto status = [&](const Names& arguments) { return run(here.path(), arguments).status; };
+  const Workplace here(Medium::kMemory);
+  const auto status = [&](const Words& arguments) { return here.plait(arguments).status; };
   REQUIRE(status({"generate", "torus", "m.ply", "--vertices", "500"}) == 0);
   CHECK(status({"plan", "m.ply", "p", "--levels", "3"}) == 2);  // --parts is missing
   CHECK(status({"plan", "m.ply", "p", "--levels", "3", "--parts", "2", "--factor", "0.1"}) == 2);
   REQUIRE(status({"plan", "m.ply", "p", "--levels", "3", "--parts", "4"}) == 0);
   for (const char* const part : {"0", "1", "2", "3"}) REQUIRE(status({"part", "p", part}) == 0);
   REQUIRE(status({"join", "p", "s.plait"}) == 0);
-  const Names noise = {"plan", "--pass",      "noise", "s.plait",  "q",       "--seed",
+  const Words noise = {"plan", "--pass",      "noise", "s.plait",  "q",       "--seed",
                        "3",    "--amplitude", "0.001", "--sbatch", "array.sh"};
-  Names with_parts = noise;
+  Words with_parts = noise;
   with_parts.insert(with_parts.end(), {"--parts", "3"});
   CHECK(status(with_parts) == 2);
   CHECK(status({"plan", "--pass", "polish", "s.plait", "q"}) == 2);
-  CHECK_FALSE(std::filesystem::exists(here.path() / "q"));
-  CHECK_FALSE(std::filesystem::exists(here.path() / "array.sh"));
-  Names with_json = noise;
+  CHECK_FALSE(here.has("q"));
+  CHECK_FALSE(here.has("array.sh"));
+  Words with_json = noise;
   with_json.push_back("--json");
-  const Outcome planned = run(here.path(), with_json);
-  REQUIRE(planned.status == 0);
+  const Outcome planned = here.succeed(with_json);
   CHECK(planned.json()["pass"] == "noise");
   CHECK(planned.json()["version"] == 1);
   CHECK(planned.json()["attribute"] == "position");
   CHECK(planned.json()["parts"].size() == 4);
   CHECK(planned.json()["diagonal"] > 0);
-  CHECK(content_of(here.path() / "array.sh").find("--array=0-3") != std::string::npos);
+  CHECK(content_of(here.path("array.sh")).find("--array=0-3") != std::string::npos);
   CHECK(status({"part", "p", "2", "--again", "--store", "s.plait"}) == 2);  // it reads no store
   REQUIRE(status({"part", "q", "2", "--store", "s.plait"}) == 0);
-  const Outcome incomplete = run(here.path(), {"join", "q", "s.plait"});
+  const Outcome incomplete = here.plait({"join", "q", "s.plait"});
   CHECK(incomplete.status == 4);
   CHECK(incomplete.last_line() == "0-1,3");
   for (const char* const part : {"0", "1", "3"}) REQUIRE(status({"part", "q", part}) == 0);
@@ -160,89 +150,75 @@ TEST_CASE("PassOnTheCommandLine_OptionsAndRefusals_AreSaid") {
   // What plait displace makes of a store in one piece.
   REQUIRE(status({"subdivide", "m.ply", "w.plait", "--levels", "3"}) == 0);
   REQUIRE(status({"displace", "w.plait", "d.plait", "--seed", "3", "--amplitude", "0.001"}) == 0);
-  CHECK(run(here.path(), {"digest", "s.plait"}).last_line() ==
-        run(here.path(), {"digest", "d.plait"}).last_line());
+  CHECK(here.plait({"digest", "s.plait"}).last_line() ==
+        here.plait({"digest", "d.plait"}).last_line());
   CHECK(status({"plan", "--pass", "smooth", "w.plait", "r"}) != 0);  // in one piece
-  const Outcome moved = run(here.path(), {"part", "q", "0", "--again"});
+  const Outcome moved = here.plait({"part", "q", "0", "--again"});
   CHECK(moved.status != 0);
   CHECK(moved.errors.find("found version 2") != std::string::npos);
 }
 
 TEST_CASE("PlanPartJoin_OnTheCommandLine_SayWhatIsMissing") {
-  const TemporaryDirectory here(Medium::kMemory);
-  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
-  const Outcome planned = run(here.path(), {"plan", "m.ply", "p", "--levels", "3", "--parts", "5",
-                                            "--sbatch", "array.sh", "--array", "2", "--json"});
-  REQUIRE(planned.status == 0);
+  const Workplace here(Medium::kMemory);
+  here.succeed({"generate", "torus", "m.ply", "--vertices", "500"});
+  const Outcome planned = here.succeed({"plan", "m.ply", "p", "--levels", "3", "--parts", "5",
+                                        "--sbatch", "array.sh", "--array", "2", "--json"});
   CHECK(planned.json()["parts"].size() == 5);
-  CHECK(content_of(here.path() / "array.sh").find("--array=0-0 array.sh --offset 4") !=
+  CHECK(content_of(here.path("array.sh")).find("--array=0-0 array.sh --offset 4") !=
         std::string::npos);
-  CHECK(run(here.path(), {"plan", "m.ply", "p", "--levels", "3", "--parts", "5"}).status == 2);
+  CHECK(here.plait({"plan", "m.ply", "p", "--levels", "3", "--parts", "5"}).status == 2);
   // Part 3 as the second task of an array with an offset.
-  REQUIRE(run(here.path(), {"part", "p", "1", "--offset", "2"}).status == 0);
-  const Outcome incomplete = run(here.path(), {"join", "p", "s.plait"});
+  here.succeed({"part", "p", "1", "--offset", "2"});
+  const Outcome incomplete = here.plait({"join", "p", "s.plait"});
   CHECK(incomplete.status == 4);
   CHECK(incomplete.last_line() == "0-2,4");
-  CHECK_FALSE(std::filesystem::exists(here.path() / "s.plait"));
-  CHECK(run(here.path(), {"part", "p", "5"}).status == 2);
-  for (const char* const part : {"0", "1", "2", "4"})
-    REQUIRE(run(here.path(), {"part", "p", part}).status == 0);
-  CHECK(run(here.path(), {"part", "p", "4"}).output.find("done already") != std::string::npos);
-  REQUIRE(run(here.path(), {"join", "p", "s.plait"}).status == 0);
-  const Outcome again = run(here.path(), {"join", "p", "s.plait"});
+  CHECK_FALSE(here.has("s.plait"));
+  CHECK(here.plait({"part", "p", "5"}).status == 2);
+  for (const char* const part : {"0", "1", "2", "4"}) here.succeed({"part", "p", part});
+  CHECK(here.plait({"part", "p", "4"}).output.find("done already") != std::string::npos);
+  here.succeed({"join", "p", "s.plait"});
+  const Outcome again = here.plait({"join", "p", "s.plait"});
   CHECK(again.status == 0);
   CHECK(again.output.find("was joined before") != std::string::npos);
-  CHECK(run(here.path(), {"join", "p", "s.plait", "--force", "--concat"}).status == 0);
-  const Names reading[] = {{"verify", "s.plait"},
+  CHECK(here.plait({"join", "p", "s.plait", "--force", "--concat"}).status == 0);
+  const Words reading[] = {{"verify", "s.plait"},
                            {"info", "s.plait"},
                            {"bounds", "s.plait"},
                            {"export", "s.plait", "s.ply", "--level", "2"},
                            {"convert", "s.plait", "c.plait", "--compress", "default", "--verify"}};
-  REQUIRE(run(here.path(), {"join", "p", "s.plait", "--force"}).status == 0);
-  for (const Names& arguments : reading) {
-    const Outcome outcome = run(here.path(), arguments);
-    CAPTURE(arguments, outcome.errors);
-    CHECK(outcome.status == 0);
+  here.succeed({"join", "p", "s.plait", "--force"});
+  for (const Words& arguments : reading) {
+    here.succeed(arguments);
   }
-  const Outcome repaired = run(here.path(), {"repair", "s.plait"});
+  const Outcome repaired = here.plait({"repair", "s.plait"});
   CAPTURE(repaired.output, repaired.errors);
   CHECK(repaired.status == 0);
   CHECK(repaired.output.find("nothing to repair") != std::string::npos);
-  {
-    // A bit of a block of shard 1: the rest of the store is as it was.
-    std::fstream file(here.path() / "s.plait/attribute0.levels.1.shard1",
-                      std::ios::binary | std::ios::in | std::ios::out);
-    file.seekg(20);
-    const int byte = file.get();
-    file.seekp(20);
-    file.put(static_cast<char>(byte ^ 1));
-  }
-  const Outcome lost = run(here.path(), {"repair", "s.plait"});
+  // A bit of a block of shard 1: the rest of the store is as it was.
+  flip_byte(here.path("s.plait/attribute0.levels.1.shard1"), 20);
+  const Outcome lost = here.plait({"repair", "s.plait"});
   CHECK(lost.status == 1);
   CHECK(lost.output.find("plait part --again") != std::string::npos);
-  REQUIRE(run(here.path(), {"plan", "--of", "s.plait", "again"}).status == 0);
-  CHECK(run(here.path(), {"plan", "--of", "s.plait", "more", "--parts", "2"}).status == 2);
-  REQUIRE(run(here.path(), {"part", "again", "1"}).status == 0);
-  const Outcome mended = run(here.path(), {"join", "again", "s.plait"});
+  here.succeed({"plan", "--of", "s.plait", "again"});
+  CHECK(here.plait({"plan", "--of", "s.plait", "more", "--parts", "2"}).status == 2);
+  here.succeed({"part", "again", "1"});
+  const Outcome mended = here.plait({"join", "again", "s.plait"});
   CHECK(mended.status == 0);
   CHECK(mended.errors.find("shard 1") != std::string::npos);
-  CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
+  CHECK(here.plait({"verify", "s.plait"}).status == 0);
 }
 
 TEST_CASE("StatusAndLists_OfAPlan_SayWhatIsLeft") {
-  const TemporaryDirectory here(Medium::kMemory);
-  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
-  REQUIRE(run(here.path(),
-              {"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--sbatch", "array.sh"})
-              .status == 0);
-  const auto status = [&] { return run(here.path(), {"status", "p", "--json"}).json(); };
+  const Workplace here(Medium::kMemory);
+  here.succeed({"generate", "torus", "m.ply", "--vertices", "500"});
+  here.succeed({"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--sbatch", "array.sh"});
+  const auto status = [&] { return here.plait({"status", "p", "--json"}).json(); };
   CHECK(status()["waiting"] == 5);
   CHECK(status()["array"] == "0-4");
   CHECK_FALSE(status().contains("seconds_left"));
-  for (const char* const part : {"1", "3"})
-    REQUIRE(run(here.path(), {"part", "p", part, "--threads", "1"}).status == 0);
+  for (const char* const part : {"1", "3"}) here.succeed({"part", "p", part, "--threads", "1"});
   // What a part of another machine looks like, whether it runs or not.
-  std::filesystem::create_directory(here.path() / "p/part.4-elsewhere-01234567-1.2.3");
+  std::filesystem::create_directory(here.path("p/part.4-elsewhere-01234567-1.2.3"));
   const auto now = status();
   CHECK(now["done"] == 2);
   CHECK(now["running"] == 1);
@@ -253,27 +229,27 @@ TEST_CASE("StatusAndLists_OfAPlan_SayWhatIsLeft") {
   CHECK(now["parts"][0]["user"] != "");
   CHECK(now["parts"][0]["peak_memory_bytes"] > 1'000'000);
   CHECK(now["parts"][2]["host"] == "elsewhere");
-  CHECK(run(here.path(), {"status", "p"}).output.find("2 of 5 parts done") != std::string::npos);
-  CHECK(run(here.path(), {"status", "none"}).status == 2);
+  CHECK(here.plait({"status", "p"}).output.find("2 of 5 parts done") != std::string::npos);
+  CHECK(here.plait({"status", "none"}).status == 2);
 
-  const Outcome lost = run(here.path(), {"join", "p", "s.plait", "--missing-to", "lost"});
+  const Outcome lost = here.plait({"join", "p", "s.plait", "--missing-to", "lost"});
   CHECK(lost.status == 4);
   CHECK(lost.last_line() == "0,2,4");
-  CHECK(content_of(here.path() / "lost") == "0\n2\n4\n");
+  CHECK(content_of(here.path("lost")) == "0\n2\n4\n");
   for (const char* const line : {"0", "1", "2"})
-    REQUIRE(run(here.path(), {"part", "p", line, "--list", "lost"}).status == 0);
-  CHECK(run(here.path(), {"part", "p", "3", "--list", "lost"}).status == 2);
-  REQUIRE(run(here.path(), {"join", "p", "s.plait", "--missing-to", "lost"}).status == 0);
-  CHECK(content_of(here.path() / "lost").empty());
-  const std::string script = content_of(here.path() / "array.sh");
+    here.succeed({"part", "p", line, "--list", "lost"});
+  CHECK(here.plait({"part", "p", "3", "--list", "lost"}).status == 2);
+  here.succeed({"join", "p", "s.plait", "--missing-to", "lost"});
+  CHECK(content_of(here.path("lost")).empty());
+  const std::string script = content_of(here.path("array.sh"));
   for (const char* const line : {"#SBATCH --mem=", "#SBATCH --time=", "#SBATCH --cpus-per-task=1",
                                  "#SBATCH --output=", "--memory 268435456"})
     CHECK(script.find(line) != std::string::npos);
 }
 
 TEST_CASE("Chain_OfAPlan_JoinsWhatEndsAndGivesLostPartsOnceMore") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const std::filesystem::path& at = here.path();
+  const Workplace here(Medium::kMemory);
+  const std::filesystem::path& at = here.directory.path();
   std::filesystem::create_directory(at / "bin");
   std::filesystem::create_symlink(PLAIT_PROGRAM, at / "bin/plait");
   // A Slurm that runs each job at once, and loses the task whose number is in the file "loses".
@@ -303,10 +279,10 @@ wc -l <"$HOME/submitted"
                         words + " >out 2>errors")
                            .c_str());
   };
-  REQUIRE(run(at, {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
-  const Names plan = {"plan",    "m.ply", "it's a plan", "--levels", "3",       "--parts", "5",
+  here.succeed({"generate", "torus", "m.ply", "--vertices", "500"});
+  const Words plan = {"plan",    "m.ply", "it's a plan", "--levels", "3",       "--parts", "5",
                       "--array", "3",     "--sbatch",    "a b.sh",   "--chain", "chain.sh"};
-  REQUIRE(run(at, plan).status == 0);
+  here.succeed(plan);
   std::ofstream(at / "loses") << "none\n";
   CHECK(shell("sh chain.sh") != 0);
   CHECK_FALSE(std::filesystem::exists(at / "submitted"));
@@ -314,8 +290,8 @@ wc -l <"$HOME/submitted"
   SECTION("all parts end, and a pass follows") {
     REQUIRE(shell("sh chain.sh s.plait 'plait plan --pass normals s.plait p2 --sbatch n.sh --chain "
                   "c2.sh && sh c2.sh s.plait'") == 0);
-    CHECK(run(at, {"verify", "s.plait"}).status == 0);
-    CHECK(run(at, {"info", "s.plait", "--json"}).output.find("\"normal\"") != std::string::npos);
+    CHECK(here.plait({"verify", "s.plait"}).status == 0);
+    CHECK(here.plait({"info", "s.plait", "--json"}).output.find("\"normal\"") != std::string::npos);
     const std::string submitted = content_of(at / "submitted");
     CHECK(std::count(submitted.begin(), submitted.end(), '\n') == 5);
     CHECK(submitted.find("--offset 3") != std::string::npos);
@@ -330,21 +306,20 @@ wc -l <"$HOME/submitted"
     std::ofstream(at / "loses") << "none\n";
     REQUIRE(shell("sh chain.sh s.plait 'echo then >then'") == 0);
     CHECK(std::filesystem::exists(at / "then"));
-    CHECK(run(at, {"verify", "s.plait"}).status == 0);
+    CHECK(here.plait({"verify", "s.plait"}).status == 0);
   }
   SECTION("the lost part comes with the second array") {
     std::ofstream(at / "loses") << "2\n";
     REQUIRE(shell("sh chain.sh s.plait 'echo then >then'") == 0);
     CHECK(std::filesystem::exists(at / "then"));
-    CHECK(run(at, {"verify", "s.plait"}).status == 0);
+    CHECK(here.plait({"verify", "s.plait"}).status == 0);
     CHECK(content_of(at / "submitted").find("--list") != std::string::npos);
   }
   SECTION("no chain without an array, and none over another file") {
-    CHECK(
-        run(at, {"plan", "m.ply", "p2", "--levels", "3", "--parts", "5", "--chain", "c"}).status ==
-        2);
-    CHECK(run(at, {"plan", "m.ply", "p2", "--levels", "3", "--parts", "5", "--sbatch", "new.sh",
-                   "--chain", "/proc/c.sh"})
+    CHECK(here.plait({"plan", "m.ply", "p2", "--levels", "3", "--parts", "5", "--chain", "c"})
+              .status == 2);
+    CHECK(here.plait({"plan", "m.ply", "p2", "--levels", "3", "--parts", "5", "--sbatch", "new.sh",
+                      "--chain", "/proc/c.sh"})
               .status == 2);
     CHECK_FALSE(std::filesystem::exists(at / "p2"));
     CHECK_FALSE(std::filesystem::exists(at / "new.sh"));
@@ -352,17 +327,17 @@ wc -l <"$HOME/submitted"
 }
 
 TEST_CASE("ExitStatus_OfPartAndJoin_TellsWhetherToTryAgain") {
-  const TemporaryDirectory here(Medium::kMemory);
-  const std::filesystem::path& at = here.path();
-  REQUIRE(run(at, {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
-  REQUIRE(run(at, {"plan", "m.ply", "p", "--levels", "3", "--parts", "2"}).status == 0);
+  const Workplace here(Medium::kMemory);
+  const std::filesystem::path& at = here.directory.path();
+  here.succeed({"generate", "torus", "m.ply", "--vertices", "500"});
+  here.succeed({"plan", "m.ply", "p", "--levels", "3", "--parts", "2"});
   // Never: no such plan, no such part.
-  CHECK(run(at, {"part", "none", "0"}).status == 2);
-  CHECK(run(at, {"part", "p", "2"}).status == 2);
-  CHECK(run(at, {"join", "none", "s.plait"}).status == 2);
+  CHECK(here.plait({"part", "none", "0"}).status == 2);
+  CHECK(here.plait({"part", "p", "2"}).status == 2);
+  CHECK(here.plait({"join", "none", "s.plait"}).status == 2);
   // A file that another machine has made may come to be seen.
   std::filesystem::rename(at / "p/base.mesh", at / "kept");
-  const Outcome unseen = run(at, {"part", "p", "0", "--json"});
+  const Outcome unseen = here.plait({"part", "p", "0", "--json"});
   CHECK(unseen.status == 3);
   CHECK(unseen.json()["error"]["code"] == "not_found");
   std::filesystem::rename(at / "kept", at / "p/base.mesh");
@@ -375,39 +350,37 @@ TEST_CASE("ExitStatus_OfPartAndJoin_TellsWhetherToTryAgain") {
   CHECK(content_of(at / "errors").find("p/part.0-") != std::string::npos);
   // And with room, it ends well.
   for (const char* const part : {"0", "1"})
-    CHECK(run(at, {"part", "p", part, "--threads", "1"}).status == 0);
-  CHECK(run(at, {"join", "p", "s.plait"}).status == 0);
+    CHECK(here.plait({"part", "p", part, "--threads", "1"}).status == 0);
+  CHECK(here.plait({"join", "p", "s.plait"}).status == 0);
   // A budget that is too small stays so.
-  CHECK(run(at, {"part", "p", "0", "--again", "--memory", "1K", "--threads", "1"}).status == 1);
+  CHECK(here.plait({"part", "p", "0", "--again", "--memory", "1K", "--threads", "1"}).status == 1);
 }
 
 TEST_CASE("Plan_ScriptThatCannotBeWritten_LeavesNoPlan") {
-  const TemporaryDirectory here(Medium::kMemory);
-  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
-  std::ofstream(here.path() / "taken.sh") << "#!/bin/sh\n";
+  const Workplace here(Medium::kMemory);
+  here.succeed({"generate", "torus", "m.ply", "--vertices", "500"});
+  std::ofstream(here.path("taken.sh")) << "#!/bin/sh\n";
   // That /proc takes no files shows only when one is made.
   for (const char* const script : {"taken.sh", "nowhere/array.sh", "/proc/array.sh"}) {
     CAPTURE(script);
-    CHECK(run(here.path(),
-              {"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--sbatch", script})
+    CHECK(here.plait({"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--sbatch", script})
               .status == 2);
-    CHECK(names_in(here.path()) == Names{"m.ply", "taken.sh"});
+    CHECK(here.names() == Words{"m.ply", "taken.sh"});
   }
 }
 
 TEST_CASE("Plan_Calibrated_NamesTheRates") {
-  const TemporaryDirectory here(Medium::kMemory);
-  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
-  const Names plan = {"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--calibrate"};
-  const Outcome outcome = run(here.path(), plan);
-  REQUIRE(outcome.status == 0);
+  const Workplace here(Medium::kMemory);
+  here.succeed({"generate", "torus", "m.ply", "--vertices", "500"});
+  const Words plan = {"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--calibrate"};
+  const Outcome outcome = here.succeed(plan);
   CHECK(outcome.output.find("M points/s") != std::string::npos);
   CHECK(outcome.output.find("written and synced") != std::string::npos);
-  CHECK(names_in(here.path()) == Names{"m.ply", "p"});
-  std::filesystem::remove_all(here.path() / "p");
-  Names with_json = plan;
+  CHECK(here.names() == Words{"m.ply", "p"});
+  std::filesystem::remove_all(here.path("p"));
+  Words with_json = plan;
   with_json.push_back("--json");
-  const auto report = run(here.path(), with_json).json();
+  const auto report = here.plait(with_json).json();
   CHECK(report["rates"]["points_per_second"] > 0);
   CHECK(report["rates"]["bytes_per_second"] > 0);
   CHECK(report["parts"][4]["seconds"] > 0);

@@ -6,13 +6,11 @@
 #include <vector>
 
 #include "plait/mesh_io.h"
-#include "program.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
-
-using Names = std::vector<std::string>;
 
 /// PLAIT_PLUGINS while this object lives.
 class PluginList {
@@ -23,15 +21,12 @@ class PluginList {
   PluginList& operator=(const PluginList&) = delete;
 };
 
-struct PluginWorkplace {
-  TemporaryDirectory directory;
-  PluginWorkplace() { write_ply(directory.path() / "mesh.ply", octahedron()); }
-  Outcome plait(Names arguments) const { return run(directory.path(), std::move(arguments)); }
-  Outcome subdivide(Names more) const {
-    Names arguments = {"subdivide", "mesh.ply", "--levels", "6",
-                       "--scheme",  "midpoint", "--digest", "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return plait(arguments);
+struct PluginWorkplace : Workplace {
+  PluginWorkplace() { write_ply(path("mesh.ply"), octahedron()); }
+  Outcome must_subdivide(const Words& more) const {
+    return succeed(
+        {"subdivide", "mesh.ply", "--levels", "6", "--scheme", "midpoint", "--digest", "--json"},
+        more);
   }
 };
 
@@ -39,17 +34,14 @@ struct PluginWorkplace {
 
 TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
   const PluginWorkplace here;
-  const Outcome memory = here.subdivide({"--backend", "memory"});
-  REQUIRE(memory.status == 0);
+  const Outcome memory = here.must_subdivide({"--backend", "memory"});
   const auto expected = memory.json()["digest"];
-  const Outcome made = here.subdivide({"s.plait", "--backend", "compressed", "--compress",
-                                       "x-delta+shuffle,x-runs", "--plugin", PLAIT_OWN_CODEC});
-  CAPTURE(made.errors);
-  REQUIRE(made.status == 0);
+  const Outcome made = here.must_subdivide({"s.plait", "--backend", "compressed", "--compress",
+                                            "x-delta+shuffle,x-runs", "--plugin", PLAIT_OWN_CODEC});
   CHECK(made.json()["digest"] == expected);
 
   // Every command that opens the store needs the plug-in, and says so in one line.
-  for (const Names& command : std::vector<Names>{{"info", "s.plait"},
+  for (const Words& command : std::vector<Words>{{"info", "s.plait"},
                                                  {"verify", "s.plait"},
                                                  {"verify", "s.plait", "--fast"},
                                                  {"repair", "s.plait", "--dry-run"},
@@ -66,7 +58,7 @@ TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
                               "one of columns, hierarchy, lattice, normals, shuffle; "
                               "plug-ins add others (--plugin FILE, "
                               "PLAIT_PLUGINS)") != std::string::npos);
-    Names with_plugin = command;
+    Words with_plugin = command;
     with_plugin.insert(with_plugin.end(), {"--plugin", PLAIT_OWN_CODEC});
     CHECK(here.plait(with_plugin).status == 0);
   }
@@ -86,12 +78,10 @@ TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
 TEST_CASE("Plugin_ListOfTheEnvironment_IsLoaded") {
   const PluginWorkplace here;
   const PluginList list(std::string(PLAIT_OWN_BACKEND) + ":" + PLAIT_OWN_CODEC);
-  const Outcome mapped = here.subdivide({"--backend", "x-map", "--plugin", PLAIT_OWN_CODEC});
-  CAPTURE(mapped.errors);
-  REQUIRE(mapped.status == 0);
-  CHECK(mapped.json()["digest"] == here.subdivide({"--backend", "memory"}).json()["digest"]);
+  const Outcome mapped = here.must_subdivide({"--backend", "x-map", "--plugin", PLAIT_OWN_CODEC});
+  CHECK(mapped.json()["digest"] == here.must_subdivide({"--backend", "memory"}).json()["digest"]);
 
-  const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
+  const nlohmann::json build = here.report({"info", "--build"});
   REQUIRE(build["plugins"].size() == 2);
   CHECK(build["plugins"][0]["file"] == PLAIT_OWN_BACKEND);
   CHECK(build["plugins"][0]["backends"] == nlohmann::json({"x-map"}));

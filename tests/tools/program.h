@@ -14,13 +14,13 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
 
+#include "support/file_bytes.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -43,12 +43,6 @@ struct Outcome {
                          end - (start == std::string::npos ? std::string::npos : start));
   }
 };
-
-/// The bytes of a file.
-inline std::string content_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 /// A process of PLAIT_PROGRAM with `directory` as its working directory. Standard output goes to a
 /// temporary file, unless the caller names another file. With `address_space_bytes`, it has no more
@@ -122,11 +116,6 @@ class Program {
   }
 
  private:
-  static std::string content_of(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  }
-
   TemporaryDirectory scratch_{Medium::kMemory};
   std::filesystem::path output_path_;
   bool keeps_output_;

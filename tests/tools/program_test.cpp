@@ -1,6 +1,4 @@
 // The promises of the command line: exit statuses, --json, and no file left after an error.
-#include "program.h"
-
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <string>
@@ -8,23 +6,17 @@
 
 #include "plait/mesh_io.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
-using Names = std::vector<std::string>;
-
 /// A directory with an icosahedron in it.
-struct Workplace {
-  TemporaryDirectory directory;
-  Workplace() { write_ply(path("mesh.ply"), icosahedron()); }
-  std::filesystem::path path(const char* name) const { return directory.path() / name; }
-  Outcome plait(std::vector<std::string> arguments) const {
-    return run(directory.path(), std::move(arguments));
-  }
+struct PlaceOfAMesh : Workplace {
+  PlaceOfAMesh() { write_ply(path("mesh.ply"), icosahedron()); }
 };
 
-const Names kCommands = {"generate", "subdivide", "info",    "verify",  "repair",
+const Words kCommands = {"generate", "subdivide", "info",    "verify",  "repair",
                          "digest",   "bounds",    "export",  "convert", "displace",
                          "layout",   "paper",     "render",  "tune",    "check",
                          "compare",  "pass",      "publish", "serve"};
@@ -32,7 +24,7 @@ const Names kCommands = {"generate", "subdivide", "info",    "verify",  "repair"
 }  // namespace
 
 TEST_CASE("Help_OfEveryCommand_HasExamplesAndStatusZero") {
-  const Workplace here;
+  const PlaceOfAMesh here;
   CHECK(here.plait({"--help"}).output.find("Exit status") != std::string::npos);
   for (const std::string& command : kCommands) {
     CAPTURE(command);
@@ -46,8 +38,8 @@ TEST_CASE("Help_OfEveryCommand_HasExamplesAndStatusZero") {
 }
 
 TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
-  const Workplace here;
-  const std::vector<Names> wrong = {
+  const PlaceOfAMesh here;
+  const std::vector<Words> wrong = {
       {},
       {"fly"},
       {"subdivide"},
@@ -114,7 +106,7 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"export", "missing.plait", "out.off"},
       {"render", "missing.plait", "out.jpg"},
   };
-  for (const Names& arguments : wrong) {
+  for (const Words& arguments : wrong) {
     std::string line;
     for (const std::string& argument : arguments) line += argument + " ";
     CAPTURE(line);
@@ -124,15 +116,15 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
     CHECK(outcome.errors.find("plait: ") == 0);
     CHECK(outcome.error_lines() == 1);
     CHECK(outcome.errors.size() < 300);
-    CHECK(names_in(here.directory.path()) == Names{"mesh.ply"});
+    CHECK(here.names() == Words{"mesh.ply"});
   }
 }
 
 TEST_CASE("Usage_WhatIsNotThere_NamesWhatIs") {
-  const Workplace here;
-  const Names base = {"subdivide", "mesh.ply", "s.plait", "--levels", "1"};
+  const PlaceOfAMesh here;
+  const Words base = {"subdivide", "mesh.ply", "s.plait", "--levels", "1"};
   const auto errors_with = [&](const std::string& option, const std::string& value) {
-    Names arguments = base;
+    Words arguments = base;
     arguments.insert(arguments.end(), {option, value});
     return here.plait(arguments).errors;
   };
@@ -143,7 +135,7 @@ TEST_CASE("Usage_WhatIsNotThere_NamesWhatIs") {
 }
 
 TEST_CASE("Subdivide_LimitOfASchemeWithoutLimitPositions_IsRefusedBeforeTheMeshIsRead") {
-  const Workplace here;
+  const PlaceOfAMesh here;
   const Outcome outcome = here.plait(
       {"subdivide", "missing.ply", "s.plait", "--levels", "1", "--scheme", "butterfly", "--limit"});
   CHECK(outcome.status == 2);
@@ -152,8 +144,8 @@ TEST_CASE("Subdivide_LimitOfASchemeWithoutLimitPositions_IsRefusedBeforeTheMeshI
 }
 
 TEST_CASE("Usage_NoSuchCommand_NamesTheCommandsAndTheNearest") {
-  const Workplace here;
-  for (const Names& arguments : std::vector<Names>{{}, {"foo"}, {"subdvide", "mesh.ply"}}) {
+  const PlaceOfAMesh here;
+  for (const Words& arguments : std::vector<Words>{{}, {"foo"}, {"subdvide", "mesh.ply"}}) {
     const Outcome outcome = here.plait(arguments);
     CHECK(outcome.status == 2);
     for (const std::string& command : kCommands)
@@ -164,8 +156,8 @@ TEST_CASE("Usage_NoSuchCommand_NamesTheCommandsAndTheNearest") {
 }
 
 TEST_CASE("Names_InUpperCase_AreTakenAsInLowerCase") {
-  const Workplace here;
-  const std::vector<Names> all = {{"generate", "torus", "TORUS.PLY", "--vertices", "100"},
+  const PlaceOfAMesh here;
+  const std::vector<Words> all = {{"generate", "torus", "TORUS.PLY", "--vertices", "100"},
                                   {"subdivide", "TORUS.PLY", "s.plait", "--levels", "1"},
                                   {"export", "s.plait", "OUT.PLY"},
                                   {"export", "s.plait", "OUT.OBJ.GZ"},
@@ -173,26 +165,23 @@ TEST_CASE("Names_InUpperCase_AreTakenAsInLowerCase") {
                                   {"layout", "OUT.PLY"},
                                   {"layout", "OUT.OBJ.GZ", "--png", "SPANS.PNG"},
                                   {"render", "s.plait", "OUT.PNG", "--size", "16x16"}};
-  for (const Names& arguments : all) {
-    CAPTURE(arguments);
-    const Outcome outcome = here.plait(arguments);
-    CAPTURE(outcome.errors);
-    CHECK(outcome.status == 0);
+  for (const Words& arguments : all) {
+    here.succeed(arguments);
   }
 }
 
 TEST_CASE("Errors_OfOutputs_NameWhatTheUserNamed") {
-  const Workplace here;
-  REQUIRE(here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "2"}).status == 0);
+  const PlaceOfAMesh here;
+  here.succeed({"subdivide", "mesh.ply", "s.plait", "--levels", "2"});
   // No file can be made in /proc.
-  const std::vector<Names> all = {{"generate", "torus", "/proc/x.ply", "--vertices", "100"},
+  const std::vector<Words> all = {{"generate", "torus", "/proc/x.ply", "--vertices", "100"},
                                   {"subdivide", "mesh.ply", "/proc/x.plait", "--levels", "1"},
                                   {"export", "s.plait", "/proc/x.ply"},
                                   {"convert", "s.plait", "/proc/x.plait"},
                                   {"displace", "s.plait", "/proc/x.plait"},
                                   {"layout", "mesh.ply", "--layout", "rcm", "--png", "/proc/x.png"},
                                   {"render", "s.plait", "/proc/x.png", "--size", "16x16"}};
-  for (const Names& arguments : all) {
+  for (const Words& arguments : all) {
     const Outcome outcome = here.plait(arguments);
     CAPTURE(arguments, outcome.errors);
     CHECK(outcome.status != 0);
@@ -202,7 +191,7 @@ TEST_CASE("Errors_OfOutputs_NameWhatTheUserNamed") {
 }
 
 TEST_CASE("Json_OnErrors_IsOneObjectWithCodeAndMessage") {
-  const Workplace here;
+  const PlaceOfAMesh here;
   const Outcome usage = here.plait({"subdivide", "mesh.ply", "--json", "--no-such-option"});
   CHECK(usage.status == 2);
   CHECK(usage.json()["error"]["code"] == "usage");
@@ -212,8 +201,8 @@ TEST_CASE("Json_OnErrors_IsOneObjectWithCodeAndMessage") {
 }
 
 TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
-  const Workplace here;
-  const std::vector<Names> all = {
+  const PlaceOfAMesh here;
+  const std::vector<Words> all = {
       {"generate", "torus", "torus.ply", "--vertices", "100", "--json"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--json"},
       {"info", "s.plait", "--json"},
@@ -232,45 +221,42 @@ TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
       {"layout", "torus.ply", "t.base", "--json"},
       {"subdivide", "t.base", "of_base.plait", "--levels", "1", "--json"},
       {"render", "s.plait", "s.png", "--size", "64x48", "--json"}};
-  for (const Names& arguments : all) {
-    CAPTURE(arguments[0]);
-    const Outcome outcome = here.plait(arguments);
-    CAPTURE(outcome.errors);
-    CHECK(outcome.status == 0);
+  for (const Words& arguments : all) {
+    const Outcome outcome = here.succeed(arguments);
     CHECK(outcome.errors.empty());
     CHECK(outcome.json().is_object());
   }
 }
 
 TEST_CASE("Subdivide_RefusedMeshes_LeaveNothing") {
-  const Workplace here;
+  const PlaceOfAMesh here;
   IndexedMesh broken = icosahedron();
   broken.faces.push_back(broken.faces[0]);
   write_ply(here.path("non_manifold.ply"), broken);
   std::ofstream(here.path("truncated.ply")) << "ply\nformat ascii 1.0\nelement vertex 3\n";
   std::ofstream(here.path("noise.obj")) << "v 1 2\nf 1 2 3\n";
-  const Names before = names_in(here.directory.path());
+  const Words before = here.names();
   for (const char* mesh : {"non_manifold.ply", "truncated.ply", "noise.obj"}) {
     CAPTURE(mesh);
     const Outcome outcome = here.plait({"subdivide", mesh, "s.plait", "--levels", "2"});
     CHECK(outcome.status == 2);
     CHECK(outcome.errors.find(mesh) != std::string::npos);
-    CHECK(names_in(here.directory.path()) == before);
+    CHECK(here.names() == before);
   }
 }
 
 TEST_CASE("Subdivide_TooSmallBudget_FailsWithStatusOneAndLeavesNothing") {
-  const Workplace here;
-  REQUIRE(here.plait({"generate", "torus", "torus.ply", "--vertices", "5000"}).status == 0);
+  const PlaceOfAMesh here;
+  here.succeed({"generate", "torus", "torus.ply", "--vertices", "5000"});
   const Outcome outcome = here.plait(
       {"subdivide", "torus.ply", "s.plait", "--levels", "4", "--memory", "64K", "--json"});
   CHECK(outcome.status == 1);
   CHECK(outcome.json()["error"]["code"] == "budget");
-  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "torus.ply"});
+  CHECK(here.names() == Words{"mesh.ply", "torus.ply"});
 }
 
 TEST_CASE("Output_ThatCannotBeWritten_IsStatusOne") {
-  const Workplace here;
+  const PlaceOfAMesh here;
   Program full(here.directory.path(), {"layout", "mesh.ply"}, "/dev/full");
   const Outcome outcome = full.wait();
   CHECK(outcome.status == 1);

@@ -7,28 +7,20 @@
 #include <vector>
 
 #include "plait/mesh_io.h"
-#include "program.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
-struct PrunedWorkplace {
-  TemporaryDirectory directory;
+struct PrunedWorkplace : Workplace {
   PrunedWorkplace() {
     IndexedMesh mesh = sheet(6, 6);
     for (Vector3<double>& at : mesh.positions) at.z = 0;
     mesh.positions.back().z = 1;
-    write_ply(directory.path() / "mesh.ply", mesh);
-    REQUIRE(plait({"subdivide", "mesh.ply", "whole.plait", "--levels", "3", "--normals",
-                   "--backend", "pread"})
-                .status == 0);
-  }
-  Outcome plait(std::vector<std::string> arguments) const {
-    return run(directory.path(), std::move(arguments));
-  }
-  bool has(const std::string& name) const {
-    return std::filesystem::exists(directory.path() / name);
+    write_ply(path("mesh.ply"), mesh);
+    succeed({"subdivide", "mesh.ply", "whole.plait", "--levels", "3", "--normals", "--backend",
+             "pread"});
   }
 };
 
@@ -37,9 +29,7 @@ struct PrunedWorkplace {
 TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
   const PrunedWorkplace here;
   const Outcome made =
-      here.plait({"prune", "whole.plait", "pruned.plait", "--max-distance", "0.2%", "--json"});
-  CAPTURE(made.errors);
-  REQUIRE(made.status == 0);
+      here.succeed({"prune", "whole.plait", "pruned.plait", "--max-distance", "0.2%", "--json"});
   CHECK(made.json()["vertices"] < made.json()["from_vertices"]);
   CHECK(made.json()["distance"] <= made.json()["max_distance"]);
   CHECK(made.json()["depths"].size() > 1);
@@ -56,7 +46,7 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
   CHECK(info.json()["finest"]["vertices"] == made.json()["vertices"]);
   CHECK(info.json()["depths"] == made.json()["depths"]);
 
-  const std::vector<std::vector<std::string>> used = {
+  const std::vector<Words> used = {
       {"verify", "pruned.plait"},
       {"info", "pruned.plait"},
       {"digest", "pruned.plait"},
@@ -88,14 +78,10 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
       {"verify", "moved.plait"},
       {"check", "mesh.ply"}};
   for (const auto& command : used) {
-    CAPTURE(command);
-    const Outcome outcome = here.plait(command);
-    CAPTURE(outcome.errors);
-    CHECK(outcome.status == 0);
+    here.succeed(command);
   }
-  const std::vector<std::vector<std::string>> refused = {
-      {"prune", "pruned.plait", "other", "--max-distance", "0"},
-      {"plan", "pruned.plait", "other", "--pass", "smooth"}};
+  const std::vector<Words> refused = {{"prune", "pruned.plait", "other", "--max-distance", "0"},
+                                      {"plan", "pruned.plait", "other", "--pass", "smooth"}};
   for (const auto& command : refused) {
     CAPTURE(command);
     const Outcome outcome = here.plait(command);
@@ -107,9 +93,8 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
   CHECK(here.plait({"digest", "pruned.plait", "--against", "whole.plait"}).status == 0);
   CHECK(here.plait({"check", "mesh.stl", "--json"}).json()["repaired"]["euler_number"] == 1);
 
-  const Outcome filled = here.plait(
+  const Outcome filled = here.succeed(
       {"convert", "pruned.plait", "uniform.plait", "--depth", "uniform", "--verify", "--json"});
-  REQUIRE(filled.status == 0);
   CHECK(filled.json()["filled_vertices"] > 0);
   CHECK(filled.json()["filled_vertices"].get<int>() + made.json()["vertices"].get<int>() ==
         filled.json()["vertices"]);
@@ -118,8 +103,7 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
   REQUIRE(here.plait({"convert", "pruned.plait", "rounded.plait", "--max-error", "1e-4"}).status ==
           0);
   const Outcome unrounded =
-      here.plait({"convert", "rounded.plait", "unrounded.plait", "--depth", "uniform", "--json"});
-  REQUIRE(unrounded.status == 0);
+      here.succeed({"convert", "rounded.plait", "unrounded.plait", "--depth", "uniform", "--json"});
   CHECK(unrounded.json()["left_out_max_error"]["position"]["bound"] == 1e-4);
   const Outcome told =
       here.plait({"convert", "rounded.plait", "unrounded.plait", "--depth", "uniform", "--force"});
@@ -135,7 +119,7 @@ TEST_CASE("Prune_OfAStore_IsUsedByEveryCommandOrRefusedInWords") {
 
 TEST_CASE("Render_OfEqualDepths_GivesThePictureOfAllLevels") {
   const PrunedWorkplace here;
-  REQUIRE(here.plait({"prune", "whole.plait", "equal.plait", "--vertices", "1000000"}).status == 0);
+  here.succeed({"prune", "whole.plait", "equal.plait", "--vertices", "1000000"});
   const auto picture = [&](const std::string& store) {
     const std::string name = store + ".png";
     const Outcome made =

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
@@ -12,71 +11,47 @@
 #include "plait/extend/store_access.h"
 #include "plait/mesh_io.h"
 #include "plait/store.h"
-#include "program.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Names = std::vector<std::string>;
-
-struct RepairWorkplace {
-  TemporaryDirectory directory{Medium::kMemory};
-  explicit RepairWorkplace(const IndexedMesh& mesh = random_sphere(7, 300)) {
+struct RepairWorkplace : Workplace {
+  explicit RepairWorkplace(const IndexedMesh& mesh = random_sphere(7, 300))
+      : Workplace(Medium::kMemory) {
     write_ply(path("mesh.ply"), mesh);
   }
-  fs::path path(const std::string& name) const { return directory.path() / name; }
-  Outcome plait(std::vector<std::string> arguments) const {
-    return run(directory.path(), std::move(arguments));
-  }
   /// Makes a store s.plait with blocks of 4 KiB. Returns its digest.
-  std::string subdivide(const Names& options) const {
-    Names arguments = {"subdivide", "mesh.ply", "s.plait", "--levels",
-                       "3",         "--block",  "4KiB",    "--force"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const Outcome made = plait(arguments);
-    CAPTURE(made.errors);
-    REQUIRE(made.status == 0);
+  std::string subdivide(const Words& options) const {
+    succeed({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--block", "4KiB", "--force"},
+            options);
     return digest();
   }
-  std::string digest() const {
-    const Outcome outcome = plait({"digest", "s.plait"});
-    CHECK(outcome.status == 0);
-    return outcome.last_line();
-  }
+  std::string digest() const { return Workplace::digest("s.plait"); }
   Store open() const {
     return Store::open(path("s.plait"), {.writable = true, .budget_bytes = 8 << 20},
                        default_backends());
   }
   void flip(const std::string& file, std::streamoff offset) const {
-    std::fstream stream(path("s.plait") / file, std::ios::in | std::ios::out | std::ios::binary);
-    stream.seekg(offset);
-    const char byte = static_cast<char>(stream.get());
-    stream.seekp(offset);
-    stream.put(static_cast<char>(byte ^ 0x20));
+    flip_byte(path("s.plait") / file, offset);
   }
   /// Every file of the store except the lock, into which each writer writes its process number.
   std::map<std::string, std::string> content() const {
     std::map<std::string, std::string> files;
-    for (const std::string& name : names_in(path("s.plait"))) {
-      std::ifstream file(path("s.plait") / name, std::ios::binary);
-      if (name != "lock")
-        files[name] = {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    }
+    for (const std::string& name : names_in(path("s.plait")))
+      if (name != "lock") files[name] = content_of(path("s.plait") / name);
     return files;
   }
   /// Repairs the store, and checks that its content is the same as before the damage.
-  nlohmann::json repaired(const std::string& expected, Names options = {}) const {
-    options.insert(options.begin(), {"repair", "s.plait", "--json"});
-    const Outcome outcome = plait(options);
-    CAPTURE(outcome.errors, outcome.output);
-    REQUIRE(outcome.status == 0);
+  nlohmann::json repaired(const std::string& expected, const Words& options = {}) const {
+    const Outcome outcome = succeed({"repair", "s.plait", "--json"}, options);
     CHECK(outcome.json()["ok"] == true);
     CHECK(plait({"verify", "s.plait"}).status == 0);
     CHECK(digest() == expected);
-    CHECK(names_in(directory.path()) == Names{"mesh.ply", "s.plait"});
+    CHECK(names_in(directory.path()) == Words{"mesh.ply", "s.plait"});
     return outcome.json();
   }
 };
@@ -133,7 +108,7 @@ TEST_CASE("Repair_DamagedBlocks_AreRebuiltInEveryBackend") {
 }
 
 TEST_CASE("Repair_EveryKindOfRefinement_IsRepeated") {
-  const std::vector<Names> kinds = {
+  const std::vector<Words> kinds = {
       {"--scheme", "midpoint"},
       {"--limit", "--normals"},
       {"--limit", "--backend", "compressed"},
@@ -143,7 +118,7 @@ TEST_CASE("Repair_EveryKindOfRefinement_IsRepeated") {
   };
   for (const bool border : {false, true}) {
     const RepairWorkplace here(border ? random_sheet(3, 250) : random_sphere(5, 250));
-    for (const Names& kind : kinds) {
+    for (const Words& kind : kinds) {
       CAPTURE(border, kind);
       const std::string expected = here.subdivide(kind);
       const std::size_t damaged = damage_blocks(here);
@@ -168,7 +143,7 @@ TEST_CASE("Repair_OfWhatNoMakerMakes_IsLostInWordsAndLeavesTheStore") {
 TEST_CASE("Repair_OfPositionsThatAPassMade_SaysWhatMustRunAgain") {
   const RepairWorkplace here;
   here.subdivide({"--backend", "pread"});
-  REQUIRE(here.plait({"pass", "s.plait", "smooth"}).status == 0);
+  here.succeed({"pass", "s.plait", "smooth"});
   damage_blocks(here);
   const Outcome outcome = here.plait({"repair", "s.plait"});
   CHECK(outcome.status == 1);
@@ -178,15 +153,13 @@ TEST_CASE("Repair_OfPositionsThatAPassMade_SaysWhatMustRunAgain") {
 }
 
 TEST_CASE("Repair_NormalsOfMovedVertices_AreMadeAgainFromThePositions") {
-  for (const Names& how : std::vector<Names>{{"--backend", "pread"},
+  for (const Words& how : std::vector<Words>{{"--backend", "pread"},
                                              {"--backend", "pread", "--block", "1MiB"},
                                              {"--compress", "shuffle,zstd:1"}}) {
     CAPTURE(how);
     const RepairWorkplace here;
     here.subdivide({"--normals"});
-    Names displace = {"displace", "s.plait", "moved.plait"};
-    displace.insert(displace.end(), how.begin(), how.end());
-    REQUIRE(here.plait(displace).status == 0);
+    here.succeed({"displace", "s.plait", "moved.plait"}, how);
     fs::remove_all(here.path("s.plait"));
     fs::rename(here.path("moved.plait"), here.path("s.plait"));
     const std::string expected = here.digest();
@@ -280,7 +253,7 @@ TEST_CASE("Repair_PositionsChangedInPlace_AreNotOverwritten") {
     CHECK(outcome.status == 1);
     CHECK(outcome.output.find("lost: position, level 3, block ") == 0);
     CHECK(here.content() == before);
-    CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+    CHECK(here.names() == Words{"mesh.ply", "s.plait"});
   }
 }
 
@@ -322,17 +295,13 @@ TEST_CASE("Repair_DryRun_SaysWhatItWouldDoAndLeavesEveryByte") {
   const std::string expected = here.subdivide({"--normals"});
   const std::size_t damaged = damage_blocks(here);
   const auto before = here.content();
-  const auto read_lock = [&] {
-    std::ifstream lock(here.path("s.plait/lock"));
-    return std::string(std::istreambuf_iterator<char>(lock), {});
-  };
-  const std::string lock = read_lock();
+  const std::string lock = content_of(here.path("s.plait/lock"));
   const Outcome outcome = here.plait({"repair", "s.plait", "--dry-run", "--json"});
   CHECK(outcome.status == 0);
   CHECK(outcome.json()["rebuilt_count"] == damaged);
   CHECK(outcome.json()["dry_run"] == true);
   CHECK(here.content() == before);
-  CHECK(read_lock() == lock);
+  CHECK(content_of(here.path("s.plait/lock")) == lock);
   CHECK(here.plait({"repair", "s.plait", "--dry-run"}).output.find("can be rebuilt: position") ==
         0);
 
@@ -342,7 +311,7 @@ TEST_CASE("Repair_DryRun_SaysWhatItWouldDoAndLeavesEveryByte") {
   CHECK(missing.status == 0);
   CHECK(missing.output.find("can be rebuilt: attribute1.level03.1") == 0);
   CHECK(here.content() == without);
-  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+  CHECK(here.names() == Words{"mesh.ply", "s.plait"});
   here.repaired(expected);
 }
 
@@ -364,7 +333,7 @@ TEST_CASE("Repair_DryRunWithADamagedFile_ReadsTheBlocksAsTheRepairDoes") {
   fs::remove(here.path("s.plait/attribute1.level02.1"));
   const auto before = here.content();
   for (const bool dry_run : {true, false}) {
-    Names arguments = {"repair", "s.plait", "--json"};
+    Words arguments = {"repair", "s.plait", "--json"};
     if (dry_run) arguments.push_back("--dry-run");
     const Outcome outcome = here.plait(arguments);
     CAPTURE(dry_run, outcome.errors, outcome.output);
@@ -376,7 +345,7 @@ TEST_CASE("Repair_DryRunWithADamagedFile_ReadsTheBlocksAsTheRepairDoes") {
     CHECK(report["lost"][0]["reason"].get<std::string>().find("s.plait/" + moved) !=
           std::string::npos);
     if (dry_run) CHECK(here.content() == before);
-    CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+    CHECK(here.names() == Words{"mesh.ply", "s.plait"});
   }
 }
 
@@ -438,7 +407,7 @@ TEST_CASE("Repair_BlockTables_AreMadeAgainFromTheLevels") {
     const Outcome both = here.plait({"repair", "s.plait"});
     CHECK(both.status == 1);
     CHECK(both.output.find("lost: version.1") == 0);
-    CHECK_FALSE(fs::exists(here.path("s.plait/version.1")));
+    CHECK_FALSE(here.has("s.plait/version.1"));
   }
   const RepairWorkplace here;
   here.subdivide({"--backend", "compressed"});

@@ -7,20 +7,14 @@
 #include <vector>
 
 #include "plait/mesh_io.h"
-#include "program.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
-struct ScanWorkplace {
-  TemporaryDirectory directory;
-  void write(const char* name, const IndexedMesh& mesh) const {
-    write_ply(directory.path() / name, mesh);
-  }
-  Outcome plait(std::vector<std::string> arguments) const {
-    return run(directory.path(), std::move(arguments));
-  }
+struct ScanWorkplace : Workplace {
+  void write(const char* name, const IndexedMesh& mesh) const { write_ply(path(name), mesh); }
 };
 
 IndexedMesh shifted(IndexedMesh mesh, double by) {
@@ -54,7 +48,7 @@ TEST_CASE("Check_BadMesh_CountsWhatIsWrongAndChangesNothing") {
   std::swap(mesh.faces[9][0], mesh.faces[9][1]);
   mesh.positions.push_back({5, 5, 5});
   here.write("mesh.ply", mesh);
-  const std::string before = content_of(here.directory.path() / "mesh.ply");
+  const std::string before = content_of(here.path("mesh.ply"));
   const nlohmann::json found = here.plait({"check", "mesh.ply", "--json"}).json()["found"];
   CHECK(found["clean"] == false);
   CHECK(found["duplicate_faces"] == 1);
@@ -64,8 +58,8 @@ TEST_CASE("Check_BadMesh_CountsWhatIsWrongAndChangesNothing") {
   CHECK(found["non_manifold_edges"] == 0);
   CHECK_THAT(here.plait({"check", "mesh.ply"}).output,
              Catch::Matchers::Contains("  1 faces given twice: removed\n"));
-  CHECK(content_of(here.directory.path() / "mesh.ply") == before);
-  CHECK(names_in(here.directory.path()) == std::vector<std::string>{"mesh.ply"});
+  CHECK(content_of(here.path("mesh.ply")) == before);
+  CHECK(here.names() == Words{"mesh.ply"});
 }
 
 TEST_CASE("Check_FoldedMesh_SaysHowManyEdgesAndWhatThatMeans") {
@@ -91,15 +85,13 @@ TEST_CASE("Check_MoebiusStrip_IsRefusedWithItsPlace") {
 TEST_CASE("Remesh_Report_SaysHowManyBaseMeshesAndHowEvenTheSmallFacesAre") {
   const ScanWorkplace here;
   here.write("scan.ply", torus_grid(30, 20));
-  const std::vector<std::string> arguments = {"remesh",  "scan.ply", "s.plait",
-                                              "--faces", "40",       "--samples",
-                                              "2000",    "--force",  "--no-foldover"};
-  const Outcome text = here.plait(arguments);
-  REQUIRE(text.status == 0);
+  const Words arguments = {"remesh",    "scan.ply", "s.plait", "--faces",      "40",
+                           "--samples", "2000",     "--force", "--no-foldover"};
+  const Outcome text = here.succeed(arguments);
   CHECK_THAT(text.output, Catch::Matchers::Contains("small faces within a base face") &&
                               Catch::Matchers::Contains(", 0 of them turned over"));
   CHECK_THAT(text.output, !Catch::Matchers::Contains("times, until"));
-  std::vector<std::string> with_json = arguments;
+  Words with_json = arguments;
   with_json.push_back("--json");
   const nlohmann::json report = here.plait(with_json).json();
   CHECK(report["base_meshes"] == 1);
@@ -119,13 +111,10 @@ TEST_CASE("Remesh_MinComponentAndFillHoles_RepairWhatIsAskedForAndCountIt") {
   IndexedMesh scan = side_by_side({torus_grid(30, 20), tetrahedron()});
   scan.faces.erase(scan.faces.begin());  // a hole of three edges in the torus
   here.write("scan.ply", scan);
-  const auto remeshed = [&](const std::vector<std::string>& options) {
-    std::vector<std::string> arguments = {"remesh",    "scan.ply", "s.plait", "--faces", "60",
-                                          "--samples", "0",        "--force", "--json"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const Outcome outcome = here.plait(arguments);
-    CAPTURE(outcome.errors);
-    REQUIRE(outcome.status == 0);
+  const auto remeshed = [&](const Words& options) {
+    const Outcome outcome = here.succeed(
+        {"remesh", "scan.ply", "s.plait", "--faces", "60", "--samples", "0", "--force", "--json"},
+        options);
     return outcome.json();
   };
   const nlohmann::json as_it_is = remeshed({});
@@ -190,12 +179,11 @@ TEST_CASE("Compare_AnyNumberOfThreads_GivesTheSameFigures") {
 TEST_CASE("Compare_WithoutASurface_IsRefused") {
   const ScanWorkplace here;
   here.write("mesh.ply", octahedron());
-  std::ofstream(here.directory.path() / "empty.off") << "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n";
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{"compare", "mesh.ply", "missing.ply"},
-        {"compare", "mesh.ply", "empty.off"},
-        {"compare", "mesh.ply", "."},
-        {"compare", "mesh.ply", "mesh.ply", "--samples", "0"}}) {
+  std::ofstream(here.path("empty.off")) << "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n";
+  for (const Words& arguments : {Words{"compare", "mesh.ply", "missing.ply"},
+                                 {"compare", "mesh.ply", "empty.off"},
+                                 {"compare", "mesh.ply", "."},
+                                 {"compare", "mesh.ply", "mesh.ply", "--samples", "0"}}) {
     CAPTURE(arguments[2]);
     const Outcome outcome = here.plait(arguments);
     CHECK(outcome.status == 2);

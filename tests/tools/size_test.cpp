@@ -4,34 +4,27 @@
 #include <string>
 #include <vector>
 
-#include "program.h"
 #include "support/files_in_memory.h"
 #include "support/resource_limit.h"
 #include "support/skip.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
-using Names = std::vector<std::string>;
-
 constexpr std::uint64_t kMebibyte = 1 << 20;
 
-struct SizeWorkplace {
-  TemporaryDirectory directory;
-  SizeWorkplace() {
-    REQUIRE(plait({"generate", "torus", "m.ply", "--vertices", "2000"}).status == 0);
-  }
-  Outcome plait(Names arguments) const { return run(directory.path(), std::move(arguments)); }
-  Names names() const { return names_in(directory.path()); }
+struct SizeWorkplace : Workplace {
+  SizeWorkplace() { succeed({"generate", "torus", "m.ply", "--vertices", "2000"}); }
 };
 
 void check_refusal(const SizeWorkplace& here, const Outcome& outcome, const std::string& code,
-                   const std::string& option = "--ignore-size", const Names& names = {"m.ply"}) {
+                   const std::string& option = "--ignore-size", const Words& names = {"m.ply"}) {
   CAPTURE(outcome.errors);
   CHECK(outcome.status == 1);
   REQUIRE(outcome.json()["error"]["code"] == code);
   const std::string message = outcome.json()["error"]["message"];
-  const Names parts = code == "budget" ? Names{"needs", "found"} : Names{"expected", "found", "iB"};
+  const Words parts = code == "budget" ? Words{"needs", "found"} : Words{"expected", "found", "iB"};
   for (const std::string& part : parts) CHECK(message.find(part) != std::string::npos);
   CHECK(message.find(option) != std::string::npos);
   CHECK(here.names() == names);
@@ -42,11 +35,11 @@ void check_refusal(const SizeWorkplace& here, const Outcome& outcome, const std:
 TEST_CASE("Size_BeyondTheMemory_IsRefusedBeforeAnythingIsMade") {
   const SizeWorkplace here;
   // 24 TiB of positions, and a base mesh of 10^9 faces.
-  for (const Names& options : std::vector<Names>{{"--backend", "memory"},
+  for (const Words& options : std::vector<Words>{{"--backend", "memory"},
                                                  {"--backend", "memory", "--max-slot", "1TiB"},
                                                  {"s.plait", "--backend", "pread"},
                                                  {"s.plait"}}) {
-    Names arguments{"subdivide", "m.ply"};
+    Words arguments{"subdivide", "m.ply"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     arguments.insert(arguments.end(), {"--levels", "15", "--json"});
     check_refusal(here, here.plait(arguments), "out_of_memory");
@@ -59,9 +52,9 @@ TEST_CASE("Size_BeyondWhatALimitOfMemoryLeaves_IsRefused") {
     return;
   }
   const SizeWorkplace here;
-  const Names arguments{"subdivide", "m.ply",    "--backend", "memory", "--levels",
+  const Words arguments{"subdivide", "m.ply",    "--backend", "memory", "--levels",
                         "6",         "--memory", "16M",       "--json"};
-  REQUIRE(here.plait(arguments).status == 0);
+  here.succeed(arguments);
   // 94 MiB of levels.
   Program limited(here.directory.path(), arguments, {}, 100 * kMebibyte);
   check_refusal(here, limited.wait(), "out_of_memory");
@@ -79,30 +72,30 @@ TEST_CASE("Size_BeyondTheDisk_IsRefusedBeforeAnythingIsMade") {
 TEST_CASE("Size_BeyondTheLongestFile_GoesOnWhereAskedAndEndsInAnError") {
   const SizeWorkplace here;
   const ResourceLimit limit(RLIMIT_FSIZE, kMebibyte);
-  Names arguments{"subdivide", "m.ply", "s.plait", "--levels", "5", "--json"};
+  Words arguments{"subdivide", "m.ply", "s.plait", "--levels", "5", "--json"};
   check_refusal(here, here.plait(arguments), "no_space");
   arguments.push_back("--ignore-size");
   const Outcome outcome = here.plait(arguments);
   CHECK(outcome.status == 1);
   CHECK(outcome.errors.find("File too large") != std::string::npos);
-  CHECK(here.names() == Names{"m.ply"});
+  CHECK(here.names() == Words{"m.ply"});
 }
 
 TEST_CASE("Resume_BudgetTooSmallForTheLastLevel_IsRefusedBeforeTheFirst") {
   const SizeWorkplace here;
-  Names arguments{"subdivide", "m.ply",  "s.plait",  "--levels", "6",
+  Words arguments{"subdivide", "m.ply",  "s.plait",  "--levels", "6",
                   "--resume",  "--json", "--memory", "1M"};
   check_refusal(here, here.plait(arguments), "budget", "--memory");
   for (const std::string executor : {"sweep", "transparent"}) {
-    Names with = arguments;
+    Words with = arguments;
     with.insert(with.end(), {"--executor", executor, "--normals"});
     check_refusal(here, here.plait(with), "budget", "--memory");
   }
   // The same holds if the store already has coarser levels.
-  REQUIRE(here.plait({"subdivide", "m.ply", "s.plait", "--levels", "2"}).status == 0);
-  const Names both{"m.ply", "s.plait"};
+  here.succeed({"subdivide", "m.ply", "s.plait", "--levels", "2"});
+  const Words both{"m.ply", "s.plait"};
   check_refusal(here, here.plait(arguments), "budget", "--memory", both);
-  CHECK(here.plait({"info", "s.plait", "--json"}).json()["finest_level"] == 2);
+  CHECK(here.report({"info", "s.plait"})["finest_level"] == 2);
   // No run can ignore it.
   arguments.push_back("--ignore-size");
   arguments[2] = "begun.plait";
@@ -115,26 +108,26 @@ TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
     return;
   }
   const SizeWorkplace here;
-  const Names small{"subdivide", "m.ply", "small.plait", "--levels", "2", "--json"};
+  const Words small{"subdivide", "m.ply", "small.plait", "--levels", "2", "--json"};
   const nlohmann::json chosen = here.plait(small).json();
   const bool is_in_memory = keeps_files_in_memory(here.directory.path());
   const std::string expected = is_in_memory ? "mmap" : "pread";
   CHECK(chosen["backend"] == expected);
   CHECK(chosen["backend_reason"].get<std::string>().find("small compared with the memory") !=
         std::string::npos);
-  const nlohmann::json info = here.plait({"info", "small.plait", "--json"}).json();
+  const nlohmann::json info = here.report({"info", "small.plait"});
   CHECK(info["auto_backend"] == expected);
   CHECK(info["auto_reason"].get<std::string>().find("small compared with the memory") !=
         std::string::npos);
   CHECK(here.plait({"info", "small.plait"}).output.find("auto       would choose " + expected) !=
         std::string::npos);
-  const Names large{"subdivide", "m.ply", "large.plait", "--levels", "7",       "--json",
+  const Words large{"subdivide", "m.ply", "large.plait", "--levels", "7",       "--json",
                     "--memory",  "16M",   "--threads",   "1",        "--digest"};
-  Names overruled = large;
+  Words overruled = large;
   overruled[2] = "overruled.plait";
   overruled.insert(overruled.end(), {"--backend", "pread"});
   // Half of the rest is less than the 376 MiB of the levels.
-  const auto with_limit = [&](const Names& arguments) {
+  const auto with_limit = [&](const Words& arguments) {
     const Outcome outcome = Program(here.directory.path(), arguments, {}, 600 * kMebibyte).wait();
     CAPTURE(arguments, outcome.errors);
     REQUIRE(outcome.status == 0);

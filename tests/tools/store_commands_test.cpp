@@ -14,32 +14,21 @@
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
-#include "program.h"
 #include "stand_ins.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
+#include "workplace.h"
 
 namespace plait::test {
 namespace {
 
-using Names = std::vector<std::string>;
-
-struct StoreWorkplace {
-  TemporaryDirectory directory;
+struct StoreWorkplace : Workplace {
   StoreWorkplace() { write_ply(path("mesh.ply"), random_sphere(7, 300)); }
-  std::filesystem::path path(const std::string& name) const { return directory.path() / name; }
-  Outcome plait(std::vector<std::string> arguments) const {
-    return run(directory.path(), std::move(arguments));
+  Outcome subdivide(const std::string& store, const Words& options) const {
+    return plait({"subdivide", "mesh.ply", store, "--levels", "3"}, options);
   }
-  Outcome subdivide(const std::string& store, Names options) const {
-    Names arguments = {"subdivide", "mesh.ply", store, "--levels", "3"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    return plait(arguments);
-  }
-  std::string digest(const std::string& store) const {
-    const Outcome outcome = plait({"digest", store});
-    CHECK(outcome.status == 0);
-    return outcome.last_line();
+  Outcome must_subdivide(const std::string& store, const Words& options) const {
+    return succeed({"subdivide", "mesh.ply", store, "--levels", "3"}, options);
   }
 };
 
@@ -52,53 +41,11 @@ std::filesystem::path largest_file(const std::filesystem::path& store) {
   return largest;
 }
 
-void flip_byte(const std::filesystem::path& path, std::streamoff offset) {
-  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekg(offset);
-  const char byte = static_cast<char>(file.get());
-  file.seekp(offset);
-  file.put(static_cast<char>(byte ^ 0x20));
-}
-
 }  // namespace
-
-TEST_CASE("Digest_OfAnyBackendExecutorAndLayout_IsOneWord") {
-  const StoreWorkplace here;
-  REQUIRE(here.subdivide("reference.plait", {"--normals"}).status == 0);
-  const std::string expected = here.digest("reference.plait");
-  CHECK(expected.size() == 32);
-  CHECK(expected.find_first_not_of("0123456789abcdef") == std::string::npos);
-  const std::vector<Names> ways = {
-      {"--backend", "mmap"},
-      {"--backend", "compressed", "--compress", "shuffle,lz4"},
-      {"--compress", "fast", "--compress", "normal=zstd:3"},
-      {"--compress", "default"},
-      {"--compress", "small", "--block", "16KiB", "--executor", "sweep"},
-      {"--compress", "hierarchy:midpoint+shuffle,lz4", "--executor", "transparent"},
-      {"--executor", "transparent"},
-      {"--layout", "given", "--threads", "1"},
-      {"--layout", "rcm", "--block", "64KiB", "--memory", "16MiB"},
-      {"--durability", "none"}};
-  for (std::size_t way = 0; way < ways.size(); ++way) {
-    CAPTURE(ways[way]);
-    const std::string store = "way" + std::to_string(way) + ".plait";
-    Names options = ways[way];
-    options.push_back("--normals");
-    const Outcome made = here.subdivide(store, options);
-    CAPTURE(made.errors);
-    REQUIRE(made.status == 0);
-    CHECK(here.digest(store) == expected);
-  }
-  const Outcome memory = here.plait({"subdivide", "mesh.ply", "--levels", "3", "--normals",
-                                     "--backend", "memory", "--json", "--digest"});
-  REQUIRE(memory.status == 0);
-  CHECK(memory.json()["digest"] == expected);
-  CHECK(memory.json()["store"].is_null());
-}
 
 TEST_CASE("Digest_OfOneLevel_DiffersFromAllAndNeedsTheLevel") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  here.must_subdivide("s.plait", {});
   const Outcome one = here.plait({"digest", "s.plait", "--level", "2"});
   CHECK(one.status == 0);
   CHECK(one.last_line() != here.digest("s.plait"));
@@ -107,9 +54,8 @@ TEST_CASE("Digest_OfOneLevel_DiffersFromAllAndNeedsTheLevel") {
 
 TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
   const StoreWorkplace here;
-  const Outcome outcome = here.subdivide(
+  const Outcome outcome = here.must_subdivide(
       "s.plait", {"--json", "--digest", "--executor", "transparent", "--threads", "2"});
-  REQUIRE(outcome.status == 0);
   const nlohmann::json report = outcome.json();
   for (const char* key : {"levels",         "vertices",          "seconds",
                           "import_seconds", "layout_seconds",    "refine_seconds",
@@ -143,22 +89,26 @@ TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
   }
   CHECK(report["level_counts"].size() == 4);
   CHECK(report["level_counts"][3]["vertices"] == report["vertices"]);
+  const nlohmann::json in_memory =
+      here.report({"subdivide", "mesh.ply", "--levels", "3", "--backend", "memory", "--digest"});
+  CHECK(in_memory["digest"] == report["digest"]);
+  CHECK(in_memory["store"].is_null());
 }
 
 TEST_CASE("Subdivide_SmallSlotLimit_KeepsLevelNumbersAndSurface") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--max-slot", "64", "--json"}).status == 0);
-  const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
+  here.must_subdivide("s.plait", {"--max-slot", "64", "--json"});
+  const nlohmann::json info = here.report({"info", "s.plait"});
   CHECK(info["base_level"].get<int>() > 0);
   CHECK(info["finest_level"] == 3);
-  REQUIRE(here.subdivide("t.plait", {}).status == 0);
-  CHECK(info["finest"] == here.plait({"info", "t.plait", "--json"}).json()["finest"]);
+  here.must_subdivide("t.plait", {});
+  CHECK(info["finest"] == here.report({"info", "t.plait"})["finest"]);
 }
 
 TEST_CASE("Info_OfAStore_AddsUp") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--normals", "--backend", "compressed"}).status == 0);
-  const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
+  here.must_subdivide("s.plait", {"--normals", "--backend", "compressed"});
+  const nlohmann::json info = here.report({"info", "s.plait"});
   CHECK(info["backend"] == "compressed");
   CHECK(info["scheme"] == "loop");
   CHECK(info["limit"] == false);
@@ -178,7 +128,7 @@ TEST_CASE("Info_OfAStore_AddsUp") {
 
 TEST_CASE("InfoBuild_NamesWhatAStoreMayNeed") {
   const StoreWorkplace here;
-  const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
+  const nlohmann::json build = here.report({"info", "--build"});
   CHECK(build["codecs"] == nlohmann::json({"bitpack", "lz4", "none", "zstd"}));
   CHECK(build["filters"] ==
         nlohmann::json({"columns", "hierarchy", "lattice", "normals", "shuffle"}));
@@ -198,7 +148,7 @@ TEST_CASE("Verify_OneFlippedByte_EndsWithOneAndNamesTheBlock") {
   for (const std::string backend : {"pread", "mmap", "compressed"}) {
     CAPTURE(backend);
     const std::string store = backend + ".plait";
-    REQUIRE(here.subdivide(store, {"--backend", backend, "--block", "4KiB"}).status == 0);
+    here.must_subdivide(store, {"--backend", backend, "--block", "4KiB"});
     CHECK(here.plait({"verify", store}).status == 0);
     flip_byte(largest_file(here.path(store)), 5000);
     const Outcome outcome = here.plait({"verify", store});
@@ -218,7 +168,7 @@ TEST_CASE("Verify_Fast_ChecksAllButTheBlocks") {
   for (const std::string backend : {"pread", "mmap", "compressed"}) {
     CAPTURE(backend);
     const std::string store = backend + ".plait";
-    REQUIRE(here.subdivide(store, {"--backend", backend, "--normals"}).status == 0);
+    here.must_subdivide(store, {"--backend", backend, "--normals"});
     flip_byte(largest_file(here.path(store)), 5000);  // inside a block
     const Outcome fast = here.plait({"verify", store, "--fast"});
     CHECK(fast.status == 0);
@@ -230,10 +180,8 @@ TEST_CASE("Verify_Fast_ChecksAllButTheBlocks") {
     std::filesystem::remove(here.path(store) / "attribute0.level01.1");
     std::filesystem::resize_file(here.path(store) / "attribute1.level03.1", 100);
     std::ofstream(here.path(store) / "version.9") << "of no version";
-    for (const Names& option : {Names{}, Names{"--fast"}}) {
-      Names arguments = {"verify", store, "--json"};
-      arguments.insert(arguments.end(), option.begin(), option.end());
-      const Outcome outcome = here.plait(arguments);
+    for (const Words& option : {Words{}, Words{"--fast"}}) {
+      const Outcome outcome = here.plait({"verify", store, "--json"}, option);
       CHECK(outcome.status == 1);
       const nlohmann::json report = outcome.json();
       CHECK(report["ok"] == false);
@@ -242,63 +190,60 @@ TEST_CASE("Verify_Fast_ChecksAllButTheBlocks") {
       CHECK(report["damaged_files"][0]["file"] == "attribute0.level01.1");
       CHECK(report["damaged_files"][1]["file"] == "attribute1.base.1");
       CHECK(report["damaged_files"][2]["file"] == "attribute1.level03.1");
-      CHECK(report["left_over"] == Names{"version.9"});
+      CHECK(report["left_over"] == Words{"version.9"});
     }
   }
 }
 
 TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  here.must_subdivide("s.plait", {"--normals"});
   const std::string expected = here.digest("s.plait");
-  REQUIRE(here.plait({"convert", "s.plait", "c.plait", "--compress", "small", "--compress",
-                      "normal=zstd:5", "--block", "64K"})
-              .status == 0);
+  here.succeed({"convert", "s.plait", "c.plait", "--compress", "small", "--compress",
+                "normal=zstd:5", "--block", "64K"});
   CHECK(here.digest("c.plait") == expected);
   const auto pipeline_of = [&](const char* store, int attribute) {
-    const auto info = here.plait({"info", store, "--json"}).json();
+    const auto info = here.report({"info", store});
     return info["attributes"][static_cast<std::size_t>(attribute)]["levels"][0]["pipeline"];
   };
   CHECK(pipeline_of("c.plait", 0) ==
         "predicted:loop/position/float32/3+hierarchy:along+shuffle,zstd:9");
   CHECK(pipeline_of("c.plait", 1) == "zstd:5");
-  REQUIRE(here.plait({"convert", "c.plait", "same.plait", "--block", "16K"}).status == 0);
+  here.succeed({"convert", "c.plait", "same.plait", "--block", "16K"});
   CHECK(here.digest("same.plait") == expected);
   CHECK(pipeline_of("same.plait", 0) ==
         "predicted:loop/position/float32/3+hierarchy:along+shuffle,zstd:9");
   CHECK(pipeline_of("same.plait", 1) == "zstd:5");
-  REQUIRE(here.plait({"convert", "c.plait", "m.plait", "--backend", "mmap"}).status == 0);
+  here.succeed({"convert", "c.plait", "m.plait", "--backend", "mmap"});
   CHECK(here.digest("m.plait") == expected);
   CHECK(here.plait({"verify", "m.plait"}).status == 0);
 }
 
 TEST_CASE("Compress_RangesOfLevels_AreStoredAndShown") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  here.must_subdivide("s.plait", {"--normals"});
   const std::string expected = here.digest("s.plait");
   const auto pipelines_of = [&](const std::string& store, std::size_t attribute) {
-    return here.plait({"info", store, "--json"}).json()["attributes"][attribute]["pipelines"];
+    return here.report({"info", store})["attributes"][attribute]["pipelines"];
   };
   const auto range = [](int first, int last, const char* pipeline) {
     return nlohmann::json{{"first_level", first}, {"last_level", last}, {"pipeline", pipeline}};
   };
-  const Names options = {"--compress", "zstd:2",  "--compress", "position@1-2=shuffle,zstd:3",
+  const Words options = {"--compress", "zstd:2",  "--compress", "position@1-2=shuffle,zstd:3",
                          "--compress", "@2-=lz4", "--compress", "normal=normals+shuffle,zstd:1"};
-  Names convert = {"convert", "s.plait", "c.plait", "--verify"};
+  Words convert = {"convert", "s.plait", "c.plait", "--verify"};
   convert.insert(convert.end(), options.begin(), options.end());
-  REQUIRE(here.plait(convert).status == 0);
-  REQUIRE(here.subdivide("made.plait",
-                         [&] {
-                           Names all = {"--normals"};
-                           all.insert(all.end(), options.begin(), options.end());
-                           return all;
-                         }())
-              .status == 0);
+  here.succeed(convert);
+  here.must_subdivide("made.plait", [&] {
+    Words all = {"--normals"};
+    all.insert(all.end(), options.begin(), options.end());
+    return all;
+  }());
   // A copy is like its source in everything that no option changes.
-  REQUIRE(here.plait({"convert", "c.plait", "again.plait", "--block", "16K"}).status == 0);
+  here.succeed({"convert", "c.plait", "again.plait", "--block", "16K"});
   // A later run of a resumed store may choose for the levels that it adds, and for no others.
-  const auto resume = [&](const char* level, Names texts) {
-    Names arguments = {"subdivide", "mesh.ply", "resumed.plait", "--levels", level, "--resume"};
+  const auto resume = [&](const char* level, Words texts) {
+    Words arguments = {"subdivide", "mesh.ply", "resumed.plait", "--levels", level, "--resume"};
     for (std::string& text : texts) arguments.insert(arguments.end(), {"--compress", text});
     return here.plait(arguments);
   };
@@ -323,34 +268,33 @@ TEST_CASE("Compress_RangesOfLevels_AreStoredAndShown") {
   }
   CHECK(here.subdivide("json.plait", {"--json", "--compress", "none", "--compress", "@2=lz4"})
             .json()["pipelines"]["position"] == "none;@2=lz4");
-  for (const Names& wrong : std::vector<Names>{{"@4-5=lz4"}, {"@1-2=lz4", "@2-3=zstd:1"}, {"@2"}}) {
-    Names refused = {"convert", "s.plait", "out.plait"};
+  for (const Words& wrong : std::vector<Words>{{"@4-5=lz4"}, {"@1-2=lz4", "@2-3=zstd:1"}, {"@2"}}) {
+    Words refused = {"convert", "s.plait", "out.plait"};
     for (const std::string& text : wrong) refused.insert(refused.end(), {"--compress", text});
     const Outcome outcome = here.plait(refused);
     CAPTURE(wrong, outcome.errors);
     CHECK(outcome.status == 2);
     CHECK(outcome.error_lines() == 1);
-    CHECK_FALSE(std::filesystem::exists(here.path("out.plait")));
+    CHECK_FALSE(here.has("out.plait"));
   }
 }
 
 TEST_CASE("Convert_NormalsOfMovedVertices_AreMadeAgainAndTakeNoBytes") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--normals", "--backend", "pread"}).status == 0);
+  here.must_subdivide("s.plait", {"--normals", "--backend", "pread"});
   const Outcome made = here.subdivide("made.plait", {"--normals", "--compress", "small"});
   CHECK(made.output.find("position: ") < made.output.find(" blocks take no bytes"));
-  REQUIRE(here.plait({"displace", "s.plait", "moved.plait", "--amplitude", "1e-3"}).status == 0);
+  here.succeed({"displace", "s.plait", "moved.plait", "--amplitude", "1e-3"});
   const std::string expected = here.digest("moved.plait");
   const auto normal_of = [&](const char* store) {
-    return here.plait({"info", store, "--json"}).json()["attributes"][1];
+    return here.report({"info", store})["attributes"][1];
   };
-  REQUIRE(here.plait({"export", "moved.plait", "a.ply"}).status == 0);
+  here.succeed({"export", "moved.plait", "a.ply"});
   for (const std::string preset : {"default", "small"}) {
     CAPTURE(preset);
     const std::string store = preset + ".plait";
     const Outcome copy =
-        here.plait({"convert", "moved.plait", store, "--compress", preset, "--verify"});
-    REQUIRE(copy.status == 0);
+        here.succeed({"convert", "moved.plait", store, "--compress", preset, "--verify"});
     CHECK(copy.output.find("reading makes them again (normals/position/") != std::string::npos);
     CHECK(here.digest(store.c_str()) == expected);
     const auto normal = normal_of(store.c_str());
@@ -360,35 +304,33 @@ TEST_CASE("Convert_NormalsOfMovedVertices_AreMadeAgainAndTakeNoBytes") {
     }
     CHECK(here.plait({"info", store}).output.find("blocks take no bytes") != std::string::npos);
     CHECK(here.plait({"verify", store}).status == 0);
-    REQUIRE(here.plait({"export", store, preset + ".ply"}).status == 0);
+    here.succeed({"export", store, preset + ".ply"});
   }
   // A copy is like its source.
-  REQUIRE(here.plait({"convert", "small.plait", "copy.plait", "--block", "64KiB"}).status == 0);
+  here.succeed({"convert", "small.plait", "copy.plait", "--block", "64KiB"});
   CHECK(here.digest("copy.plait") == expected);
   CHECK(normal_of("copy.plait")["levels"][0]["blocks_predicted"] ==
         normal_of("copy.plait")["levels"][0]["blocks"]);
   // The preset fast stores them.
-  REQUIRE(here.plait({"convert", "small.plait", "fast.plait", "--compress", "fast"}).status == 0);
+  here.succeed({"convert", "small.plait", "fast.plait", "--compress", "fast"});
   const auto stored_normal = normal_of("fast.plait");
   for (const auto& level : stored_normal["levels"]) CHECK(level["blocks_predicted"] == 0);
   CHECK(here.digest("fast.plait") == expected);
   // Moved again, they follow from the new positions.
   for (const char* const store : {"moved", "small"})
-    REQUIRE(here.plait({"displace", fmt::format("{}.plait", store),
-                        fmt::format("{}-again.plait", store), "--amplitude", "1e-3"})
-                .status == 0);
+    here.succeed({"displace", fmt::format("{}.plait", store), fmt::format("{}-again.plait", store),
+                  "--amplitude", "1e-3"});
   CHECK(here.digest("small-again.plait") == here.digest("moved-again.plait"));
   CHECK(normal_of("small-again.plait")["levels"][0]["stored_bytes"] == 0);
 }
 
 TEST_CASE("Convert_RoundedPositions_NormalsAreNotMadeFromThem") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--normals", "--backend", "pread"}).status == 0);
-  const Outcome lossy = here.plait({"convert", "s.plait", "lossy.plait", "--max-error", "1e-4",
-                                    "--compress", "small", "--verify"});
-  REQUIRE(lossy.status == 0);
+  here.must_subdivide("s.plait", {"--normals", "--backend", "pread"});
+  const Outcome lossy = here.succeed({"convert", "s.plait", "lossy.plait", "--max-error", "1e-4",
+                                      "--compress", "small", "--verify"});
   CHECK(lossy.output.find("(normals/position/") == std::string::npos);
-  const auto info = here.plait({"info", "lossy.plait", "--json"}).json();
+  const auto info = here.report({"info", "lossy.plait"});
   const auto& position = info["attributes"][0];
   REQUIRE(position["levels"].size() == 3);
   for (const auto& level : position["levels"]) CHECK(level["stored_bytes"] != 0);
@@ -399,18 +341,16 @@ TEST_CASE("Convert_RoundedPositions_NormalsAreNotMadeFromThem") {
 
 TEST_CASE("Displace_MovesTheCopyAndNotTheStore") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  here.must_subdivide("s.plait", {"--normals"});
   const std::string before = here.digest("s.plait");
-  std::vector<std::string> digests;
-  for (const Names& how : std::vector<Names>{
+  Words digests;
+  for (const Words& how : std::vector<Words>{
            {"noise.plait", "--amplitude", "0.001"},
            {"again.plait", "--amplitude", "0.001", "--threads", "1", "--backend", "compressed"},
            {"other.plait", "--amplitude", "0.001", "--seed", "2"},
            {"fractal.plait", "--kind", "fractal"},
            {"still.plait", "--amplitude", "0"}}) {
-    Names arguments = {"displace", "s.plait"};
-    arguments.insert(arguments.end(), how.begin(), how.end());
-    const Outcome outcome = here.plait(arguments);
+    const Outcome outcome = here.plait({"displace", "s.plait"}, how);
     CAPTURE(how, outcome.errors);
     REQUIRE(outcome.status == 0);
     digests.push_back(here.digest(how[0]));
@@ -423,11 +363,10 @@ TEST_CASE("Displace_MovesTheCopyAndNotTheStore") {
   CHECK(digests[0] != digests[3]);
   CHECK(digests[4] == before);  // normals made anew are those that the scheme made
   // The levels do not follow from the base mesh any more.
-  CHECK(here.plait({"info", "noise.plait", "--json"}).json()["scheme"] == "");
+  CHECK(here.report({"info", "noise.plait"})["scheme"] == "");
   // Levels that are predicted from coarser ones can be displaced, too.
-  REQUIRE(here.plait({"displace", "s.plait", "small.plait", "--amplitude", "0.001", "--compress",
-                      "default"})
-              .status == 0);
+  here.succeed(
+      {"displace", "s.plait", "small.plait", "--amplitude", "0.001", "--compress", "default"});
   REQUIRE(here.plait({"displace", "small.plait", "again_small.plait", "--amplitude", "0"}).status ==
           0);
   CHECK(here.digest("small.plait") == digests[0]);
@@ -439,16 +378,16 @@ TEST_CASE("Displace_MovesTheCopyAndNotTheStore") {
 
 TEST_CASE("Pass_OverTheStore_IsTheNextVersionWithTheRecordsOfACopy") {
   const StoreWorkplace here;
-  for (const Names& how : std::vector<Names>{
+  for (const Words& how : std::vector<Words>{
            {"--backend", "pread"}, {"--compress", "default"}, {"--compress", "small"}}) {
     if (unless_sanitized(false, true) && how.back() == "default") continue;
     CAPTURE(how);
-    Names options = {"--normals", "--force"};
+    Words options = {"--normals", "--force"};
     options.insert(options.end(), how.begin(), how.end());
-    REQUIRE(here.subdivide("s.plait", options).status == 0);
+    here.must_subdivide("s.plait", options);
     const std::string first = here.digest("s.plait");
     // Normals made anew are those that the scheme made.
-    REQUIRE(here.plait({"pass", "s.plait", "normals"}).status == 0);
+    here.succeed({"pass", "s.plait", "normals"});
     CHECK(here.digest("s.plait") == first);
     for (const char* const kind : {"smooth", "noise", "fractal"}) {
       CAPTURE(kind);
@@ -461,14 +400,14 @@ TEST_CASE("Pass_OverTheStore_IsTheNextVersionWithTheRecordsOfACopy") {
       CHECK(next["largest_move"] == copy["largest_move"]);
       CHECK(here.digest("s.plait") != before);
       CHECK(here.digest("s.plait") == here.digest("copy.plait"));
-      CHECK(here.plait({"info", "s.plait", "--json"}).json()["scheme"] == "");
+      CHECK(here.report({"info", "s.plait"})["scheme"] == "");
       CHECK(here.plait({"verify", "s.plait"}).status == 0);
       // The normals of the pass are those of the new positions.
       const std::string made = here.digest("s.plait");
-      REQUIRE(here.plait({"pass", "s.plait", "normals"}).status == 0);
+      here.succeed({"pass", "s.plait", "normals"});
       CHECK(here.digest("s.plait") == made);
     }
-    const auto info = here.plait({"info", "s.plait", "--json"}).json();
+    const auto info = here.report({"info", "s.plait"});
     CHECK(info["sequence"] == 8);
     if (how[0] == "--compress") CHECK(info["attributes"][1]["levels"][0]["stored_bytes"] == 0);
   }
@@ -476,9 +415,9 @@ TEST_CASE("Pass_OverTheStore_IsTheNextVersionWithTheRecordsOfACopy") {
 
 TEST_CASE("Pass_OptionsWithoutMeaning_AreRefusedAndTheStoreStays") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  here.must_subdivide("s.plait", {});
   const std::string before = here.digest("s.plait");
-  for (const Names& how : std::vector<Names>{{"smooth", "--force"},
+  for (const Words& how : std::vector<Words>{{"smooth", "--force"},
                                              {"smooth", "--block", "64KiB"},
                                              {"smooth", "--compress", "fast"},
                                              {"noise", "--factor", "0.5"},
@@ -486,20 +425,18 @@ TEST_CASE("Pass_OptionsWithoutMeaning_AreRefusedAndTheStoreStays") {
                                              {"smooth", "s.plait"},
                                              {"wavy"},
                                              {"smooth", "--factor", "2"}}) {
-    Names arguments = {"pass", "s.plait"};
-    arguments.insert(arguments.end(), how.begin(), how.end());
-    const Outcome refused = here.plait(arguments);
+    const Outcome refused = here.plait({"pass", "s.plait"}, how);
     CAPTURE(how, refused.errors);
     CHECK(refused.status == 2);
     if (how.size() > 2) CHECK(refused.errors.find(how[1]) != std::string::npos);
   }
   CHECK(here.digest("s.plait") == before);
-  CHECK(here.plait({"info", "s.plait", "--json"}).json()["sequence"] == 1);
+  CHECK(here.report({"info", "s.plait"})["sequence"] == 1);
 }
 
 TEST_CASE("Displace_Json_TellsWhatItMeasured") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  here.must_subdivide("s.plait", {});
   const nlohmann::json noise = here.plait({"displace", "s.plait", "a.plait", "--json"}).json();
   CHECK(noise["kind"] == "noise");
   CHECK(noise["amplitude"] == 3e-7);
@@ -517,8 +454,8 @@ TEST_CASE("Displace_Json_TellsWhatItMeasured") {
 
 TEST_CASE("Info_OfAnExactSurface_CountsPredictedBlocksThatTakeNoByte") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--compress", "default", "--normals"}).status == 0);
-  const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
+  here.must_subdivide("s.plait", {"--compress", "default", "--normals"});
+  const nlohmann::json info = here.report({"info", "s.plait"});
   CHECK(info["levels_stored_bytes"] == 0);
   CHECK(info["ratio"].get<double>() >= 100);
   std::uint64_t blocks = 0;
@@ -535,13 +472,11 @@ TEST_CASE("Info_OfAnExactSurface_CountsPredictedBlocksThatTakeNoByte") {
 
 TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
   const StoreWorkplace here;
-  REQUIRE(
-      here.subdivide("s.plait", {"--compress", "shuffle,zstd:1", "--block", "4KiB", "--normals"})
-          .status == 0);
-  REQUIRE(here.subdivide("none.plait", {"--compress", "none", "--block", "4KiB"}).status == 0);
-  REQUIRE(here.subdivide("raw.plait", {"--block", "4KiB"}).status == 0);
+  here.must_subdivide("s.plait", {"--compress", "shuffle,zstd:1", "--block", "4KiB", "--normals"});
+  here.must_subdivide("none.plait", {"--compress", "none", "--block", "4KiB"});
+  here.must_subdivide("raw.plait", {"--block", "4KiB"});
   for (const std::string store : {"s.plait", "none.plait", "raw.plait"}) {
-    const nlohmann::json info = here.plait({"info", store, "--json"}).json();
+    const nlohmann::json info = here.report({"info", store});
     std::uint64_t raw = 0, stored = 0, blocks = 0, raw_blocks = 0;
     for (const auto& attribute : info["attributes"])
       for (const auto& level : attribute["levels"]) {
@@ -561,10 +496,8 @@ TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
 
 TEST_CASE("Bounds_OfAStore_AreThoseOfItsVertices") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
-  const Outcome outcome = here.plait({"bounds", "s.plait", "--json"});
-  CAPTURE(outcome.errors);
-  REQUIRE(outcome.status == 0);
+  here.must_subdivide("s.plait", {"--normals"});
+  const Outcome outcome = here.succeed({"bounds", "s.plait", "--json"});
   CHECK(here.plait({"verify", "s.plait", "--json"}).json()["notes"].empty());
 
   // The file by docs/format.md, and the vertices read one by one.
@@ -593,7 +526,7 @@ TEST_CASE("Bounds_OfAStore_AreThoseOfItsVertices") {
   CHECK(file.good());
 
   CHECK(here.plait({"bounds", "s.plait", "--attribute", "normal"}).status == 0);
-  CHECK(std::filesystem::exists(here.path("s.plait/attribute1.bounds")));
+  CHECK(here.has("s.plait/attribute1.bounds"));
   const Outcome unknown = here.plait({"bounds", "s.plait", "--attribute", "mass"});
   CHECK(unknown.status == 2);
   CHECK(unknown.error_lines() == 1);
@@ -613,7 +546,7 @@ TEST_CASE("Commands_OnADirectoryThatIsNoStore_SayThatItIsNone") {
 
 TEST_CASE("Compress_WithABackendThatDoesNotCompress_NamesTheOptionToAdd") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  here.must_subdivide("s.plait", {});
   CHECK(here.subdivide("c.plait", {"--backend", "pread", "--compress", "lz4"})
             .errors.find("choose backend compressed") != std::string::npos);
   CHECK(here.plait({"convert", "s.plait", "c.plait", "--backend", "mmap", "--compress", "fast"})
@@ -622,7 +555,7 @@ TEST_CASE("Compress_WithABackendThatDoesNotCompress_NamesTheOptionToAdd") {
 
 TEST_CASE("Convert_Verify_TellsTheDigestThatItReadBack") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  here.must_subdivide("s.plait", {"--normals"});
   const Outcome plain = here.plait({"convert", "s.plait", "a.plait", "--json"});
   CHECK(!plain.json().contains("digest"));
   const Outcome verified = here.plait(
@@ -632,9 +565,9 @@ TEST_CASE("Convert_Verify_TellsTheDigestThatItReadBack") {
 
 TEST_CASE("CompareCopy_OfAnotherOrADamagedStore_IsRefused") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {}).status == 0);
-  REQUIRE(here.subdivide("other.plait", {"--scheme", "midpoint"}).status == 0);
-  REQUIRE(here.plait({"convert", "s.plait", "copy.plait"}).status == 0);
+  here.must_subdivide("s.plait", {});
+  here.must_subdivide("other.plait", {"--scheme", "midpoint"});
+  here.succeed({"convert", "s.plait", "copy.plait"});
   Store source = Store::open(here.path("s.plait"), {}, default_backends());
   const auto compare = [&](const std::string& copy) {
     return compare_copy(source, here.path(copy), {}, 1, default_backends());
@@ -653,7 +586,7 @@ class TellingPread final : public Volume, public TellingVolume {
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
     return volume_->open_level(level);
   }
-  std::vector<std::string> notices() const override { return {"read with spoons"}; }
+  Words notices() const override { return {"read with spoons"}; }
 
  private:
   std::unique_ptr<Volume> volume_;
@@ -665,15 +598,13 @@ TEST_CASE("Notices_OfABackend_AreSaidOnceForEachLineAndHeldByTheStore") {
   entry.open = [](const VolumeSpec& spec) { return std::make_unique<TellingPread>(spec); };
   BackendRegistry registry;
   registry.add(entry);
-  StoreOptions options;
-  options.backend = "pread";
-  std::vector<std::string> warnings;
+  Words warnings;
   const BackendRegistry warning =
       with_warnings(registry, [&](const std::string& line) { warnings.push_back(line); });
-  const std::vector<std::string> said = {"read with spoons"};
+  const Words said = {"read with spoons"};
   {
-    Store store =
-        Store::create(here.path("s.plait"), BaseMesh::build(icosahedron()), options, warning);
+    Store store = Store::create(here.path("s.plait"), BaseMesh::build(icosahedron()),
+                                {.backend = "pread"}, warning);
     store.add_level(store.add_attribute(schema_of<float>("value")));
     store.commit();
     CHECK(notices(store) == said);
@@ -686,10 +617,10 @@ TEST_CASE("Notices_OfABackend_AreSaidOnceForEachLineAndHeldByTheStore") {
 
 TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {}).status == 0);
-  const Names before = names_in(here.directory.path());
-  for (const Names& options :
-       std::vector<Names>{{"s.plait", "--force"},
+  here.must_subdivide("s.plait", {});
+  const Words before = here.names();
+  for (const Words& options :
+       std::vector<Words>{{"s.plait", "--force"},
                           {"c.plait", "--backend", "memory"},
                           {"c.plait", "--backend", "pread", "--compress", "lz4"},
                           {"c.plait", "--compress", "zstd:99"},
@@ -700,36 +631,24 @@ TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {
                           {"mesh.ply", "--force"},
                           {"c.plait", "--block", "3000"}}) {
     CAPTURE(options);
-    Names arguments = {"convert", "s.plait"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    CHECK(here.plait(arguments).status == 2);
-    CHECK(names_in(here.directory.path()) == before);
+    CHECK(here.plait({"convert", "s.plait"}, options).status == 2);
+    CHECK(here.names() == before);
   }
 }
 
 TEST_CASE("Force_WhenTheNewStoreFails_KeepsTheOldOne") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  here.must_subdivide("s.plait", {});
   const std::string expected = here.digest("s.plait");
   CHECK(here.subdivide("s.plait", {}).status == 2);
   CHECK(here.subdivide("s.plait", {"--force", "--memory", "64K"}).status != 0);
   CHECK(here.subdivide("s.plait", {"--force", "--limit", "--scheme", "midpoint"}).status == 2);
   CHECK(here.digest("s.plait") == expected);
-  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+  CHECK(here.names() == Words{"mesh.ply", "s.plait"});
 
-  REQUIRE(here.subdivide("s.plait", {"--force", "--scheme", "midpoint"}).status == 0);
+  here.must_subdivide("s.plait", {"--force", "--scheme", "midpoint"});
   CHECK(here.digest("s.plait") != expected);
-  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
-}
-
-TEST_CASE("Force_OnWhatIsNoStore_IsRefused") {
-  const StoreWorkplace here;
-  std::filesystem::create_directory(here.path("papers"));
-  std::ofstream(here.path("papers/thesis.txt")) << "the only copy";
-  CHECK(here.subdivide("papers", {"--force"}).status == 2);
-  CHECK(here.subdivide("mesh.ply", {"--force"}).status == 2);
-  CHECK(names_in(here.path("papers")) == Names{"thesis.txt"});
-  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "papers"});
+  CHECK(here.names() == Words{"mesh.ply", "s.plait"});
 }
 
 }  // namespace plait::test

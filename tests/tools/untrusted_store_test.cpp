@@ -21,18 +21,15 @@ namespace fs = std::filesystem;
 
 void write_text(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
 
-struct UntrustedWorkplace {
+struct UntrustedWorkplace : Workplace {
   UntrustedWorkplace() {
     write_ply(path("mesh.ply"), icosahedron());
-    REQUIRE(run(here.path(), {"subdivide", "mesh.ply", "s.plait", "--levels", "2"}).status == 0);
+    succeed({"subdivide", "mesh.ply", "s.plait", "--levels", "2"});
   }
-  fs::path path(const std::string& name) const { return here.path() / name; }
-
-  TemporaryDirectory here;
 };
 
 /// All commands that open a store, for reading or writing.
-std::vector<std::vector<std::string>> commands() {
+std::vector<Words> commands() {
   return {{"info", "s.plait"},
           {"verify", "s.plait"},
           {"verify", "s.plait", "--fast"},
@@ -61,25 +58,25 @@ TEST_CASE("Program_LockThatIsAnotherFile_LeavesTheVictimAloneAndRepairMakesANewO
         fs::create_symlink(here.path("victim"), lock);
       const std::string words =
           hard ? "(hard links)" : "expected a regular file, found a symbolic link";
-      const Outcome outcome = run(here.here.path(), command);
+      const Outcome outcome = here.plait(command);
       // A reader needs no lock of the store.
       CHECK(outcome.status == (command.front() == "subdivide" ? 1 : 0));
       if (command.front() == "subdivide" || command.front() == "repair" ||
           command.front() == "verify")
         CHECK((outcome.errors + outcome.output).find(words) != std::string::npos);
       CHECK(content_of(here.path("victim")) == "mine");
-      const bool repaired = command == std::vector<std::string>{"repair", "s.plait"};
+      const bool repaired = command == Words{"repair", "s.plait"};
       CHECK(fs::is_symlink(lock) == (!hard && !repaired));
       CHECK(fs::hard_link_count(here.path("victim")) == (hard && !repaired ? 2 : 1));
-      if (repaired) CHECK(run(here.here.path(), commands().back()).status == 0);
+      if (repaired) CHECK(here.plait(commands().back()).status == 0);
     }
 }
 
 TEST_CASE("Program_AStoreThatHasLostItsLock_GetsOneFromAnyWriter") {
   const UntrustedWorkplace here;
   const fs::path lock = here.path("s.plait/lock");
-  const auto says = [&](const std::vector<std::string>& command, const std::string& words) {
-    const Outcome outcome = run(here.here.path(), command);
+  const auto says = [&](const Words& command, const std::string& words) {
+    const Outcome outcome = here.plait(command);
     CAPTURE(command, outcome.output, outcome.errors);
     CHECK(outcome.status == 0);
     CHECK(outcome.output.find(words) != std::string::npos);
@@ -92,7 +89,7 @@ TEST_CASE("Program_AStoreThatHasLostItsLock_GetsOneFromAnyWriter") {
   CHECK(fs::exists(lock));
   says({"repair", "s.plait"}, "nothing to repair");
   fs::remove(lock);
-  CHECK(run(here.here.path(), commands().back()).status == 0);
+  CHECK(here.plait(commands().back()).status == 0);
   CHECK(fs::exists(lock));
   fs::remove(lock);
   says({"bounds", "s.plait"}, "");
@@ -110,7 +107,7 @@ TEST_CASE("Program_AFifoInPlaceOfAnyFile_EndsWithANamedErrorAtOnce") {
       // A reader needs no lock of the store.
       if (name == "lock" && command[0] != "subdivide") continue;
       CAPTURE(name, command);
-      const Outcome outcome = run(here.here.path(), command);
+      const Outcome outcome = here.plait(command);
       if (command[0] != "repair")
         CHECK(outcome.status != 0);  // a dry run succeeds if the file can be repaired
       CHECK((outcome.errors + outcome.output).find("a FIFO") != std::string::npos);
@@ -119,7 +116,7 @@ TEST_CASE("Program_AFifoInPlaceOfAnyFile_EndsWithANamedErrorAtOnce") {
     fs::rename(aside, file);
   }
   REQUIRE(::mkfifo(here.path("fifo.ply").c_str(), 0600) == 0);
-  CHECK(run(here.here.path(), {"layout", "fifo.ply"}).status == 2);
+  CHECK(here.plait({"layout", "fifo.ply"}).status == 2);
 }
 
 TEST_CASE("Force_OnADirectoryThatIsNoStore_IsRefusedAndChangesNothing") {
@@ -133,15 +130,15 @@ TEST_CASE("Force_OnADirectoryThatIsNoStore_IsRefusedAndChangesNothing") {
   write_text(here.path("zeros/version.3"), "x");
   fs::create_directory_symlink(here.path("s.plait"), here.path("link"));
   for (const std::string name : {"mine", "empty", "zeros", "link"})
-    for (const auto& command : std::vector<std::vector<std::string>>{
-             {"subdivide", "mesh.ply", name, "--levels", "1", "--force"},
-             {"convert", "s.plait", name, "--backend", "pread", "--force"}}) {
+    for (const auto& command :
+         std::vector<Words>{{"subdivide", "mesh.ply", name, "--levels", "1", "--force"},
+                            {"convert", "s.plait", name, "--backend", "pread", "--force"}}) {
       CAPTURE(command);
-      const std::vector<std::string> before = names_in(here.here.path());
-      CHECK(run(here.here.path(), command).status == 2);
-      CHECK(names_in(here.here.path()) == before);
+      const Words before = here.names();
+      CHECK(here.plait(command).status == 2);
+      CHECK(here.names() == before);
     }
-  CHECK(names_in(here.path("mine")) == std::vector<std::string>{"lock", "manifest", "thesis.tex"});
+  CHECK(names_in(here.path("mine")) == Words{"lock", "manifest", "thesis.tex"});
   CHECK(content_of(here.path("mine/lock")) == "mine");
   CHECK(names_in(here.path("zeros")).size() == 2);
   CHECK(fs::is_symlink(here.path("link")));
@@ -153,14 +150,14 @@ TEST_CASE("Force_OnAStoreWithSomethingElseInIt_KeepsThatAndSaysSo") {
   fs::create_directory(here.path("s.plait/figures"));
   write_text(here.path("s.plait/figures/1.png"), "mine too");
   const Outcome outcome =
-      run(here.here.path(), {"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--force"});
+      here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--force"});
   CHECK(outcome.status == 0);
   CHECK(outcome.errors.find("thesis.tex") != std::string::npos);
   CHECK(content_of(here.path("s.plait/thesis.tex")) == "mine");
   CHECK(content_of(here.path("s.plait/figures/1.png")) == "mine too");
-  CHECK(run(here.here.path(), {"verify", "s.plait"}).status == 0);
-  CHECK(run(here.here.path(), {"info", "s.plait", "--json"}).json()["finest_level"] == 3);
-  CHECK(names_in(here.here.path()) == std::vector<std::string>{"mesh.ply", "s.plait"});
+  CHECK(here.plait({"verify", "s.plait"}).status == 0);
+  CHECK(here.plait({"info", "s.plait", "--json"}).json()["finest_level"] == 3);
+  CHECK(here.names() == Words{"mesh.ply", "s.plait"});
 }
 
 TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
@@ -180,8 +177,8 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   // What a killed repair left inside a store disturbs no reader.
   fs::copy(here.path("s.plait"), here.path("u.plait"));
   leave("u.plait/scratch.repair-22");
-  CHECK(run(here.here.path(), {"verify", "u.plait"}).status == 0);
-  CHECK(run(here.here.path(), {"convert", "u.plait", "v.plait"}).status == 0);
+  CHECK(here.plait({"verify", "u.plait"}).status == 0);
+  CHECK(here.plait({"convert", "u.plait", "v.plait"}).status == 0);
   for (const auto& entry : fs::directory_iterator(here.path("v.plait")))
     CHECK(entry.is_regular_file());
   // A store says by its manifest whose it is.
@@ -195,9 +192,9 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   const int held_file = ::open(here.path("out.ply.partial-17").c_str(), O_RDONLY | O_DIRECTORY);
   REQUIRE(::flock(held_file, LOCK_EX) == 0);
 
-  const auto there = [&](const std::string& name) { return fs::exists(here.path(name)); };
+  const auto there = [&](const std::string& name) { return here.has(name); };
   const Outcome outcome =
-      run(here.here.path(), {"subdivide", "mesh.ply", "s.plait", "--levels", "1", "--force"});
+      here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "1", "--force"});
   CHECK(outcome.status == 0);
   CHECK(outcome.errors.find("s.plait.partial-11") != std::string::npos);
   for (const char* name : {"s.plait.partial-11", "s.plait/scratch.repair-12",
@@ -208,23 +205,23 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
         "s.plait.partial-x/lock", "s.plait.partial-20", "s.plait.partial-21/manifest",
         "out.ply.partial-16", "out.ply.partial-17"})
     CHECK(there(name));
-  CHECK(run(here.here.path(), {"export", "s.plait", "out.ply"}).status == 0);
+  CHECK(here.plait({"export", "s.plait", "out.ply"}).status == 0);
   CHECK_FALSE(there("out.ply.partial-16"));
   CHECK(there("out.ply.partial-17"));
 
-  const std::vector<std::string> before = names_in(here.here.path());
-  const Outcome listed = run(here.here.path(), {"clean", ".", "--dry-run", "--json"});
+  const Words before = here.names();
+  const Outcome listed = here.plait({"clean", ".", "--dry-run", "--json"});
   CHECK(listed.status == 0);
   // Control groups of the machine have paths. Tests that measure beside this one may leave some.
-  std::vector<std::string> removable, held_names;
+  Words removable, held_names;
   const auto report = listed.json();
   for (const auto& left_over : report["left_over"])
     if (const std::string name = left_over["name"]; !name.starts_with("/"))
       (left_over["in_use"] ? held_names : removable).push_back(name);
-  CHECK(removable == std::vector<std::string>{"t.plait.partial-13", "u.plait/scratch.repair-22"});
-  CHECK(held_names == std::vector<std::string>{"out.ply.partial-17", "s.plait.partial-18"});
-  CHECK(names_in(here.here.path()) == before);
-  CHECK(run(here.here.path(), {"clean", "."}).status == 0);
+  CHECK(removable == Words{"t.plait.partial-13", "u.plait/scratch.repair-22"});
+  CHECK(held_names == Words{"out.ply.partial-17", "s.plait.partial-18"});
+  CHECK(here.names() == before);
+  CHECK(here.plait({"clean", "."}).status == 0);
   CHECK_FALSE(there("t.plait.partial-13"));
   CHECK_FALSE(there("u.plait/scratch.repair-22"));
   CHECK(there("s.plait.partial-15/notes"));
@@ -232,7 +229,7 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   CHECK(there("out.ply.partial-17"));
   ::close(held);
   ::close(held_file);
-  CHECK(run(here.here.path(), {"clean", "."}).status == 0);
+  CHECK(here.plait({"clean", "."}).status == 0);
   CHECK_FALSE(there("s.plait.partial-18"));
   CHECK_FALSE(there("out.ply.partial-17"));
   CHECK(content_of(here.path("s.plait.partial-20")) == "mine");
