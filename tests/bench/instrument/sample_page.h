@@ -18,11 +18,10 @@ inline instrument::Page sample_page() {
   page.add(List{{"The memory limit was not held: 3 of 40 runs.", kHostileText}, Tone::kDoubt});
   page.add(Section{"Plots"});
 
-  IntervalPlot intervals;
-  intervals.caption = {"Ratio to the floor", "Left is better: 1 is the disk itself.",
-                       "plait bench report runs.jsonl --html report.html"};
-  intervals.x = {"seconds over the floor's", "×"};
-  intervals.reference = 1;
+  IntervalPlot intervals{.caption = {"Ratio to the floor", "Left is better: 1 is the disk itself.",
+                                     "plait bench report runs.jsonl --html report.html"},
+                         .x = {"seconds over the floor's", "×"},
+                         .reference = 1};
   const char* const backends[] = {"memory", "pread", "uring", "mmap", "compressed"};
   for (int disk = 0; disk < 2; ++disk)
     for (int at = 0; at < 5; ++at)
@@ -33,23 +32,22 @@ inline instrument::Page sample_page() {
       }
   page.add(intervals);
 
-  ScatterPlot scatter;
-  scatter.caption = {"Size against speed", "Up and left is better.", "plait tune surface.plait"};
-  scatter.x = {"stored bytes a vertex", "B"};
-  scatter.y = {"decoded bytes a second", "B/s"};
-  scatter.points = {{"none", "none", 24, 9e9, true},
-                    {"lz4", "shuffle,lz4", 18, 3e9, true, 2.8e9, 3.3e9},
-                    {"lz4", "lz4", 23.5, 2.5e9, false},
-                    {"zstd", "hierarchy+shuffle,zstd:1", 4, 0.9e9, true},
-                    {"zstd", kHostileText, 12, 0.5e9, false}};
+  ScatterPlot scatter{
+      .caption = {"Size against speed", "Up and left is better.", "plait tune surface.plait"},
+      .x = {"stored bytes a vertex", "B"},
+      .y = {"decoded bytes a second", "B/s"},
+      .points = {{"none", "none", 24, 9e9, true},
+                 {"lz4", "shuffle,lz4", 18, 3e9, true, 2.8e9, 3.3e9},
+                 {"lz4", "lz4", 23.5, 2.5e9, false},
+                 {"zstd", "hierarchy+shuffle,zstd:1", 4, 0.9e9, true},
+                 {"zstd", kHostileText, 12, 0.5e9, false}}};
   while (scatter.points.size() < 20)
     scatter.points.push_back({"bitpack", "columns,bitpack",
                               20 + 0.1 * static_cast<double>(scatter.points.size()), 2e8, false});
   page.add(scatter);
 
-  Table table;
-  table.caption = {"Every run", "A line for each backend."};
-  table.columns = {{"backend", false}, {"ratio"}, {"seconds"}, {"state", false}};
+  Table table{.caption = {"Every run", "A line for each backend."},
+              .columns = {{"backend", false}, {"ratio"}, {"seconds"}, {"state", false}}};
   for (int at = 0; at < 5; ++at)
     table.rows.push_back({{backends[at], "1." + std::to_string(31 * at % 97),
                            at == 2 ? "–" : std::to_string(at) + ".5 s", at == 3 ? "warm" : "cold"},

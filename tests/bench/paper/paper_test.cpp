@@ -127,10 +127,7 @@ TEST_CASE("PaperWay_ClosedAndOpenMeshes_HasTheDigestOfTheFusedExecutor") {
   for (const BaseMesh& mesh : {BaseMesh::build(icosahedron()), BaseMesh::build(single_triangle()),
                                BaseMesh::build(generate(GeneratorKind::kOpenSheet, 60, 1))}) {
     Store expected = memory_store(mesh), made = memory_store(mesh);
-    SubdivideOptions how;
-    how.executor = ExecutorKind::kFused;
-    how.levels = 4;
-    how.normals = true;
+    const SubdivideOptions how{.executor = ExecutorKind::kFused, .levels = 4, .normals = true};
     subdivide(expected, how);
     paper::make_in_paper_way(made, 4);
     CHECK(digest(made) == digest(expected));

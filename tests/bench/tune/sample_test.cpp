@@ -3,15 +3,42 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdint>
+#include <random>
 
-#include "bench/tune/test_stores.h"
+#include "paging/level_cursor.h"
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "plait/extend/copy_levels.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "support/temporary_directory.h"
+#include "support/test_meshes.h"
 
 namespace plait::tune {
 namespace {
+
+/// A smooth surface with normals.
+Store smooth_store(int levels, std::uint64_t block_bytes = 1 << 16) {
+  Store store =
+      Store::create({}, lay_out(BaseMesh::build(test::random_sphere(3, 200)), LayoutKind::kHilbert),
+                    {.backend = "memory", .block_bytes = block_bytes}, default_backends());
+  add_base_positions(store);
+  subdivide(store, {.executor = ExecutorKind::kFused, .levels = levels, .normals = true});
+  return store;
+}
+
+/// Gives every record of an attribute random bits.
+void fill_with_random_bits(Store& store, AttributeId id) {
+  std::mt19937_64 random(11);
+  for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level) {
+    LevelCursor cursor(StoreAccess::open_session(store), StoreAccess::level_file(store, id, level),
+                       Access::kOverwrite);
+    for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge)
+      for (std::byte& byte : cursor.slot(edge).bytes) byte = static_cast<std::byte>(random());
+  }
+}
 
 bool contains(const std::vector<Pipeline>& all, const Pipeline& one) {
   return std::ranges::find(all, one) != all.end();

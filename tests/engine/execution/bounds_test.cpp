@@ -318,9 +318,8 @@ TEST_CASE("ReaderFacesInBoxAndAlongRay_WhatMakesNoSense_IsRefusedInWords") {
   refused([&] { reader.faces_along_ray({0, 0, 0}, {0, -0.0, 0}); }, {"not zero"});
   CHECK(error_of([&] { reader.faces_in_box({}, "normal"); }).code() == ErrorCode::kNotFound);
 
-  StoreOptions options;
-  options.backend = "memory";
-  Store other = Store::create({}, BaseMesh::build(octahedron()), options, default_backends());
+  Store other =
+      Store::create({}, BaseMesh::build(octahedron()), {.backend = "memory"}, default_backends());
   other.add_attribute(schema_of<float>("mass"));
   refused([&] { Reader(other).faces_in_box({}, "mass"); },
           {"'mass'", "float32 x 3", "float32 x 1"});

@@ -132,9 +132,8 @@ TEST_CASE("Digest_WithMoreThreadsThanTheBudgetHolds_TakesFewerAndSaysHowMany") {
     const Store store =
         Store::open(directory.path() / "s", {.budget_bytes = budget}, default_backends());
     std::vector<int> taken;
-    DigestOptions options;
-    options.threads = 500;
-    options.begins = [&](int threads) { taken.push_back(threads); };
+    const DigestOptions options{.threads = 500,
+                                .begins = [&](int threads) { taken.push_back(threads); }};
     CHECK(digest(store, options) == expected);
     REQUIRE(taken.size() == 1);
     CHECK(taken[0] >= 1);

@@ -151,8 +151,7 @@ inline Store numbered_store(const std::filesystem::path& path, const BaseMesh& b
 /// `calls` outlive the pass.
 inline FusedPass numbering_pass(const Store& store, int levels, NumberingCalls& calls,
                                 std::int64_t halo = 1) {
-  FusedPass pass;
-  pass.name = "numbering";
+  FusedPass pass{.name = "numbering"};
   for (AttributeId id = 0; id < store.attributes().size(); ++id) pass.outputs.push_back(id);
   pass.finest_level = store.base_level() + levels;
   pass.lattice = {std::int64_t{1} << levels, halo};

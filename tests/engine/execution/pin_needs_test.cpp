@@ -24,10 +24,8 @@ BaseMesh some_mesh(std::uint64_t seed) {
 
 Store make_store(const std::filesystem::path& path, const BaseMesh& base, int base_level,
                  std::uint64_t budget_bytes) {
-  StoreOptions options;
-  options.block_bytes = 4096;
-  options.budget_bytes = budget_bytes;
-  return Store::create(path, base, options, default_backends(), {.base_level = base_level});
+  return Store::create(path, base, {.block_bytes = 4096, .budget_bytes = budget_bytes},
+                       default_backends(), {.base_level = base_level});
 }
 
 }  // namespace
@@ -77,9 +75,7 @@ TEST_CASE("PatchNeeds_OfLevelsToCome_AreTheSmallestBudgetThatDoes") {
         store.commit();
       }
       const auto walk = [&](std::uint64_t budget_bytes) {
-        OpenOptions open;
-        open.budget_bytes = budget_bytes;
-        open.io_threads = 0;
+        const OpenOptions open{.budget_bytes = budget_bytes, .io_threads = 0};
         Store store = Store::open(path, open, default_backends());
         StorePatches<Vector3<float>> patches(store, 0, 0, reach);
         patches.activate(kPinLevels, 1, 0);

@@ -153,9 +153,7 @@ TEST_CASE("SweepWindowBytes_WiderReachOrMoreLevels_NeedsMore") {
   const BaseMesh base = BaseMesh::build(random_sphere(1, 300));
   Store store = Store::open(make_budget_store(directory, "pread", base), {}, default_backends());
   const auto needed = [&](int first, int last, Reach reach) {
-    SweepPass pass;
-    pass.accesses = {{0, first, last, Access::kRead, reach}};
-    return sweep_window_bytes(store, pass);
+    return sweep_window_bytes(store, {.accesses = {{0, first, last, Access::kRead, reach}}});
   };
   CHECK(needed(3, 3, Reach::kOwn) == 4096);
   CHECK(needed(1, 3, Reach::kOwn) == 3 * 4096);

@@ -106,8 +106,7 @@ TEST_CASE("Sweep_AnyNumberOfThreads_CallsTheKernelOncePerEdge", "[threads]") {
 TEST_CASE("Sweep_NoAccesses_StillVisitsEveryEdge") {
   Store store = sweep_in_memory(torus_grid(40, 50));
   std::uint64_t calls = 0;
-  SweepPass pass;
-  pass.kernel = [&](const SweepView&, EdgeId, int) { ++calls; };
+  const SweepPass pass{.kernel = [&](const SweepView&, EdgeId, int) { ++calls; }};
   CHECK(sweep_window_bytes(store, pass) == 0);
   sweep(store, pass, {});
   CHECK(calls == store.base().edge_count());
@@ -209,9 +208,8 @@ TEST_CASE("Sweep_AmpleBudget_ReadsEveryBlockOnce") {
     const SweptOnDisk place(backend, torus_grid(20, 30), 3);
     Store store =
         Store::open(place.path, {.writable = false, .budget_bytes = 16 << 20}, default_backends());
-    SweepPass pass;
-    pass.accesses = {{0, 2, 3, Access::kRead, Reach::kRing}};
-    pass.kernel = [](const SweepView&, EdgeId, int) {};
+    const SweepPass pass{.accesses = {{0, 2, 3, Access::kRead, Reach::kRing}},
+                         .kernel = [](const SweepView&, EdgeId, int) {}};
     sweep(store, pass, {});
     const std::uint64_t blocks = StoreAccess::level_file(store, 0, 2).geometry.block_count() +
                                  StoreAccess::level_file(store, 0, 3).geometry.block_count();
@@ -288,10 +286,9 @@ TEST_CASE("Sweep_Cancelled_StopsBetweenBlocksAndLeavesTheStoreUsable") {
   Store store =
       Store::open(place.path, {.writable = false, .budget_bytes = 1 << 20}, default_backends());
   std::uint64_t calls = 0, reported = 0;
-  SweepPass pass;
-  pass.name = "count";
-  pass.accesses = {{0, 1, 3, Access::kRead, Reach::kFaces}};
-  pass.kernel = [&](const SweepView&, EdgeId, int) { ++calls; };
+  const SweepPass pass{.name = "count",
+                       .accesses = {{0, 1, 3, Access::kRead, Reach::kFaces}},
+                       .kernel = [&](const SweepView&, EdgeId, int) { ++calls; }};
   const Error error = error_of([&] {
     sweep(store, pass, {1, [&](const Progress& now) {
                           reported = now.done;
@@ -317,9 +314,8 @@ TEST_CASE("Sweep_DamagedBlock_ThrowsCorruptionAndLeavesTheStoreUsable") {
     const std::uint64_t offset = file.table[20].offset + 5;
     overwrite_byte(file.path, offset, file_bytes(file.path)[offset] ^ std::byte{1});
     std::vector<int> calls(store.base().edge_count());
-    SweepPass pass;
-    pass.accesses = {{0, 3, 3, Access::kRead, Reach::kOwn}};
-    pass.kernel = [&](const SweepView&, EdgeId edge, int) { ++calls[edge]; };
+    SweepPass pass{.accesses = {{0, 3, 3, Access::kRead, Reach::kOwn}},
+                   .kernel = [&](const SweepView&, EdgeId edge, int) { ++calls[edge]; }};
     const Error error = error_of([&] { sweep(store, pass, {}); });
     CHECK(error.code() == ErrorCode::kCorruption);
     CHECK(names(error, {file.path.string(), "block 20"}));
@@ -333,10 +329,9 @@ TEST_CASE("Sweep_DamagedBlock_ThrowsCorruptionAndLeavesTheStoreUsable") {
 TEST_CASE("Sweep_OptionsOrAccessesOutOfRange_AreRefused") {
   Store store = sweep_in_memory(tetrahedron());
   const AttributeId id = add_sample(store, sample_schemas()[0], 1);
-  SweepPass pass;
-  pass.name = "wrong";
-  pass.accesses = {{id, 1, 1, Access::kRead, Reach::kFaces}};
-  pass.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); };
+  SweepPass pass{.name = "wrong",
+                 .accesses = {{id, 1, 1, Access::kRead, Reach::kFaces}},
+                 .kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); }};
   const auto refused = [&](int threads, const char* word) {
     const Error error = error_of([&] { sweep(store, pass, {threads, {}}); });
     CHECK(error.code() == ErrorCode::kInvalidArgument);
@@ -355,10 +350,10 @@ TEST_CASE("Sweep_LevelOrAttributeThatIsNotThere_IsRefused") {
   Store store = sweep_in_memory(tetrahedron(), 1);
   add_sample(store, sample_schemas()[0], 1);
   const auto refused = [&](AttributeId attribute, int first, int last) {
-    SweepPass pass;
-    pass.name = "wrong";
-    pass.accesses = {{attribute, first, last, Access::kRead, Reach::kOwn}};
-    pass.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); };
+    const SweepPass pass{
+        .name = "wrong",
+        .accesses = {{attribute, first, last, Access::kRead, Reach::kOwn}},
+        .kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); }};
     const Error error = error_of([&] { sweep(store, pass, {}); });
     CHECK(error.code() == ErrorCode::kInvalidArgument);
     CHECK(names(error, {"'wrong'", "no levels"}));
@@ -374,8 +369,7 @@ TEST_CASE("Sweep_WritesToAStoreOpenedForReading_AreRefused") {
   for (const std::string& backend : durable_backends()) {
     const SweptOnDisk place(backend, tetrahedron(), 1);
     Store store = Store::open(place.path, {}, default_backends());
-    SweepPass pass;
-    pass.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); };
+    SweepPass pass{.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); }};
     for (const Access access : {Access::kOverwrite, Access::kUpdate}) {
       pass.accesses = {{0, 1, 1, access, Reach::kOwn}};
       const Error error = error_of([&] { sweep(store, pass, {}); });
@@ -413,8 +407,7 @@ TEST_CASE("Sweep_OfAConstStore_ReadsAndRefusesToWrite", "[threads]") {
   Store store = sweep_in_memory(random_sheet(5, 60));
   add_sample(store, sample_schemas()[0], 2);
   const Store& reading = store;
-  SweepPass pass;
-  pass.accesses = {{0, 1, 2, Access::kRead, Reach::kOwn}};
+  SweepPass pass{.accesses = {{0, 1, 2, Access::kRead, Reach::kOwn}}};
   std::atomic<int> edges = 0;
   pass.kernel = [&](const SweepView&, EdgeId, int) { ++edges; };
   sweep(reading, pass, {.threads = 0});

@@ -111,11 +111,10 @@ class LostWrites final : public FileOperationHook {
 class Victim {
  public:
   explicit Victim(const std::string& backend) {
-    StoreOptions options;
-    options.backend = backend;
-    options.block_bytes = 4096;
-    options.budget_bytes = 8 << 20;
-    options.durability = Durability::kNone;
+    const StoreOptions options{.backend = backend,
+                               .durability = Durability::kNone,
+                               .block_bytes = 4096,
+                               .budget_bytes = 8 << 20};
     Store store =
         Store::create(path(), BaseMesh::build(random_sphere(11, 300)), options, default_backends());
     add_base_positions(store);
@@ -208,8 +207,7 @@ TEST_CASE("Repair_Cancelled_LeavesNothingHalfMade") {
     const Victim victim(backend);
     for (const std::uint64_t block : {0u, 2u, 5u}) victim.damage(0, 3, block);
     fs::remove(victim.path() / "attribute1.level03.1");
-    RepairOptions options;
-    options.budget_bytes = 704 << 10;
+    RepairOptions options{.budget_bytes = 704 << 10};
     std::uint64_t calls = 0, last_call = 0;
     options.progress = [&](const Progress&) { return ++calls != last_call; };
     for (last_call = 1; last_call < 1000000; last_call = last_call * 5 / 4 + 1) {
@@ -349,9 +347,7 @@ TEST_CASE("Repair_LevelWhoseTableWantsAnEnormousFile_IsLostAndTakesNoSpace") {
     forge_version_file(victim.path(), bytes);
   }
   for (const bool dry_run : {true, false}) {
-    RepairOptions options;
-    options.dry_run = dry_run;
-    const RepairReport report = repair(victim.path(), options, default_backends());
+    const RepairReport report = repair(victim.path(), {.dry_run = dry_run}, default_backends());
     CHECK(report.rebuilt_files.empty());
     REQUIRE(report.lost_files.size() == 1);
     CHECK(report.lost_files[0].name == "attribute0.level01.1");
@@ -391,8 +387,7 @@ TEST_CASE("Repair_BlocksWhileAReaderHasTheStore_AreRebuiltInANewVersion") {
 TEST_CASE("Repair_StoreThatAWriterHas_IsRefused") {
   const Victim victim("pread");
   victim.damage(0, 3, 1);
-  OpenOptions open;
-  open.writable = true;
+  const OpenOptions open{.writable = true};
   const Store writer = Store::open(victim.path(), open, default_backends());
   try {
     repair(victim.path(), {}, default_backends());
@@ -400,8 +395,6 @@ TEST_CASE("Repair_StoreThatAWriterHas_IsRefused") {
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kBusy);
   }
-  RepairOptions options;
-  options.dry_run = true;
-  CHECK(repair(victim.path(), options, default_backends()).rebuilt_count == 1);
+  CHECK(repair(victim.path(), {.dry_run = true}, default_backends()).rebuilt_count == 1);
   CHECK(victim.damaged_count() == 1);
 }

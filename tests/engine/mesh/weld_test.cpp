@@ -56,9 +56,10 @@ TEST_CASE("Weld_Tolerance_MergesWhatIsWithinIt") {
   CHECK(weld(read, 1e-5, "soup", warnings) == 18);
   CHECK(BaseMesh::build(read.mesh).border_edge_count() == 0);
   // At the bound, across cells, and never through a vertex that went itself.
-  AttributedMesh line;
-  line.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {-0.5, 0, 0}, {1e18, 0, 0}, {1e18, 0, 0}};
-  line.mesh.faces = {{0, 1, 2}, {3, 4, 5}};
+  AttributedMesh line{
+      .mesh = {
+          .positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {-0.5, 0, 0}, {1e18, 0, 0}, {1e18, 0, 0}},
+          .faces = {{0, 1, 2}, {3, 4, 5}}}};
   CHECK(weld(line, 1, "line", warnings) == 3);
   CHECK(line.mesh.positions == std::vector<Vector3<double>>{{0, 0, 0}, {2, 0, 0}, {1e18, 0, 0}});
   CHECK(line.mesh.faces == shapes::Faces{{0, 0, 1}, {0, 2, 2}});
@@ -80,9 +81,8 @@ TEST_CASE("Weld_OtherAttributes_AreCountedAndThoseOfTheFirstStay") {
 }
 
 TEST_CASE("Weld_ZerosOfBothSignsAndNoNumbers_AreEqualAndStay") {
-  AttributedMesh read;
-  read.mesh.positions = {{0, 0, 0}, {-0.0, 0, -0.0}, {NAN, 0, 0}, {NAN, 0, 0}};
-  read.mesh.faces = {{0, 2, 3}, {1, 2, 3}};
+  AttributedMesh read{.mesh = {.positions = {{0, 0, 0}, {-0.0, 0, -0.0}, {NAN, 0, 0}, {NAN, 0, 0}},
+                               .faces = {{0, 2, 3}, {1, 2, 3}}}};
   std::vector<std::string> warnings;
   CHECK(coinciding_vertices(read.mesh.positions, all(4)) == 2);
   CHECK(weld(read, 0, "a", warnings) == 1);

@@ -53,10 +53,8 @@ class Made {
   std::filesystem::path index() const { return path() / "base.index"; }
   bool has_index() const { return std::filesystem::exists(index()); }
   Store open(bool writable = false, std::optional<bool> base_index = {}) const {
-    OpenOptions options;
-    options.writable = writable;
-    options.durability = Durability::kNone;
-    options.base_index = base_index;
+    const OpenOptions options{
+        .writable = writable, .durability = Durability::kNone, .base_index = base_index};
     return Store::open(path(), options, default_backends());
   }
   StoreCheck check() const { return check_store(path(), default_backends()); }

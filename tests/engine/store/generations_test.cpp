@@ -37,10 +37,8 @@ struct GenerationsPlace {
     store.commit();
   }
   Store open(bool writable = false) const {
-    OpenOptions options;
-    options.writable = writable;
-    options.durability = Durability::kNone;
-    return Store::open(path, options, default_backends());
+    return Store::open(path, {.writable = writable, .durability = Durability::kNone},
+                       default_backends());
   }
   bool has(const std::string& name) const { return fs::exists(path / name); }
   std::size_t versions() const {

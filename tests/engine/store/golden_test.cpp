@@ -24,10 +24,8 @@ constexpr char kDigest[] = "fa42a859db257a51cda584997262fc4b";
 constexpr char kNotesDigest[] = "9e5fa33a5b19441eebde77af184cd3f5";
 
 Digest digest_of_today(const std::filesystem::path& golden) {
-  StoreOptions options;
-  options.backend = "memory";
-  Store store = Store::create({}, read_base_mesh(golden / "open_octahedron.off"), options,
-                              default_backends());
+  Store store = Store::create({}, read_base_mesh(golden / "open_octahedron.off"),
+                              {.backend = "memory"}, default_backends());
   add_base_positions(store);
   subdivide(store, {.executor = ExecutorKind::kSweep, .levels = kGoldenLevels, .normals = true});
   return digest(store);

@@ -23,9 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 Store made_store(const fs::path& path, const char* backend = "pread") {
-  StoreOptions options;
-  options.backend = backend;
-  Store store = Store::create(path, BaseMesh::build(tetrahedron()), options, default_backends());
+  Store store =
+      Store::create(path, BaseMesh::build(tetrahedron()), {.backend = backend}, default_backends());
   store.add_level(store.add_attribute(schema_of<float>("value")));
   store.commit();
   return store;

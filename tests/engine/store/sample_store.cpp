@@ -23,12 +23,10 @@ std::uint64_t mixed(std::uint64_t value) {
 }  // namespace
 
 StoreOptions sample_options(const std::string& backend, std::uint64_t block_bytes) {
-  StoreOptions options;
-  options.backend = backend;
-  options.block_bytes = block_bytes;
-  options.budget_bytes = 1 << 20;
-  options.durability = Durability::kNone;
-  return options;
+  return {.backend = backend,
+          .durability = Durability::kNone,
+          .block_bytes = block_bytes,
+          .budget_bytes = 1 << 20};
 }
 
 std::vector<AttributeSchema> sample_schemas() {

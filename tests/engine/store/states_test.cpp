@@ -79,11 +79,9 @@ std::vector<NamedCall> with_ends(std::vector<NamedCall> calls) {
 }
 
 SweepPass pass_of(Access access, int level = 3) {
-  SweepPass pass;
-  pass.name = "test";
-  pass.accesses = {{0, level, level, access}};
-  pass.kernel = [](const SweepView&, EdgeId, int) {};
-  return pass;
+  return {.name = "test",
+          .accesses = {{0, level, level, access}},
+          .kernel = [](const SweepView&, EdgeId, int) {}};
 }
 
 }  // namespace

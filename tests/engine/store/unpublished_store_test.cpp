@@ -69,9 +69,7 @@ TEST_CASE("ReplaceStore_ThatSomebodyHasOpened_LeavesBothAndIsBusy") {
     {
       UnpublishedStore output(path, Existing::kReplace, {});
       make_store(output.make());
-      OpenOptions options;
-      options.writable = writer;
-      const Store holder = Store::open(path, options, default_backends());
+      const Store holder = Store::open(path, {.writable = writer}, default_backends());
       try {
         output.publish(true);
         FAIL("expected an error");
