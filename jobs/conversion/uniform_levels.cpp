@@ -9,9 +9,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/number_type.h"
 #include "export/drawn_patch.h"
 #include "export/patch_selection.h"
-#include "number_type.h"
 #include "plait/error.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/store_access.h"

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "number_type.h"
+#include "base/number_type.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

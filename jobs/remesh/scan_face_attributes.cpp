@@ -9,8 +9,8 @@
 #include <string>
 #include <type_traits>
 
+#include "base/number_type.h"
 #include "base/threads.h"
-#include "number_type.h"
 #include "surface/paced_ranges.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

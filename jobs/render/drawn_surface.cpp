@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/number_type.h"
 #include "export/numbered_triangles.h"
 #include "export/vertex_stream.h"
 #include "job_rules.h"
-#include "number_type.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/vector3.h"

@@ -8,8 +8,8 @@
 #include <optional>
 #include <span>
 
+#include "base/number_type.h"
 #include "export/vertex_stream.h"
-#include "number_type.h"
 #include "plait/error.h"
 #include "plait/extend/patch.h"
 

@@ -2,43 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
 #include <cstring>
+
+#include "base/number_type.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-template <class Number>
-std::string number_text(const std::byte* from) {
-  Number number;
-  std::memcpy(&number, from, sizeof number);
-  return fmt::format("{}", number);
-}
-
 std::string component_text(ComponentType type, const std::byte* from) {
-  switch (type) {
-    case ComponentType::kFloat32:
-      return number_text<float>(from);
-    case ComponentType::kFloat64:
-      return number_text<double>(from);
-    case ComponentType::kInt8:
-      return number_text<std::int8_t>(from);
-    case ComponentType::kInt16:
-      return number_text<std::int16_t>(from);
-    case ComponentType::kInt32:
-      return number_text<std::int32_t>(from);
-    case ComponentType::kInt64:
-      return number_text<std::int64_t>(from);
-    case ComponentType::kUint8:
-      return number_text<std::uint8_t>(from);
-    case ComponentType::kUint16:
-      return number_text<std::uint16_t>(from);
-    case ComponentType::kUint32:
-      return number_text<std::uint32_t>(from);
-    case ComponentType::kUint64:
-      return number_text<std::uint64_t>(from);
-  }
-  return {};
+  return with_number_type(type, [&]<class Number>(Number number) {
+    std::memcpy(&number, from, sizeof number);
+    return fmt::format("{}", number);
+  });
 }
 
 }  // namespace

@@ -7,19 +7,14 @@
 #include <array>
 #include <cmath>
 #include <initializer_list>
-#include <limits>
 #include <optional>
-#include <span>
 #include <type_traits>
 #include <utility>
 
 #include "io/huge_pages.h"
 #include "mesh/connectivity.h"
 #include "mesh/files/face_divider.h"
-#include "mesh/files/lost_digits.h"
-#include "mesh/files/ply_attributes.h"
-#include "mesh/files/ply_values.h"
-#include "mesh/files/readers.h"
+#include "mesh/files/ply_records.h"
 #include "mesh/narrowing.h"
 #include "plait/error.h"
 
@@ -47,40 +42,6 @@ std::uint64_t read_list_count(Values& values, const PlyProperty& property) {
   return static_cast<std::uint64_t>(count);
 }
 
-/// Returns false if the type has no such number.
-bool append_number(PlyType type, double value, std::vector<std::byte>& to) {
-  const auto append = [&]<class Number>(Number number) {
-    const bool fits = value >= static_cast<double>(std::numeric_limits<Number>::lowest()) &&
-                      value <= static_cast<double>(std::numeric_limits<Number>::max());
-    if (std::is_integral_v<Number> ? !fits || value != std::floor(value)
-                                   : !fits && std::isfinite(value))
-      return false;
-    number = static_cast<Number>(value);
-    const auto bytes = std::as_bytes(std::span(&number, 1));
-    to.insert(to.end(), bytes.begin(), bytes.end());
-    return true;
-  };
-  switch (type) {
-    case PlyType::kInt8:
-      return append(std::int8_t{});
-    case PlyType::kUint8:
-      return append(std::uint8_t{});
-    case PlyType::kInt16:
-      return append(std::int16_t{});
-    case PlyType::kUint16:
-      return append(std::uint16_t{});
-    case PlyType::kInt32:
-      return append(std::int32_t{});
-    case PlyType::kUint32:
-      return append(std::uint32_t{});
-    case PlyType::kFloat32:
-      return append(float{});
-    case PlyType::kFloat64:
-      break;
-  }
-  return append(double{});
-}
-
 template <class Values>
 void skip_property(Values& values, const PlyProperty& property) {
   values.skip(property.type, property.is_list ? read_list_count(values, property) : 1);
@@ -91,15 +52,10 @@ class PlyReader {
   PlyReader(Input& input, PlyHeader header, Reading& reading)
       : input_(input), header_(std::move(header)), reading_(reading) {
     check_header();
-    if (reading_.attributes) {
-      attributes_ = attributes_of(*vertices_, no_attributes_);
-      records_.resize(attributes_.size());
-      lost_digits_.resize(vertices_->properties.size());
-    }
+    if (reading_.attributes)
+      of_vertices_ = PlyRecords(*vertices_, attributes_of(*vertices_, no_attributes_));
     if (reading_.face_attributes) {
-      face_attributes_ = face_attributes_of(*faces_, no_face_attributes_);
-      face_records_.resize(face_attributes_.size());
-      lost_digits_of_faces_.resize(faces_->properties.size());
+      of_faces_ = PlyRecords(*faces_, face_attributes_of(*faces_, no_face_attributes_));
       std::erase(no_face_attributes_, faces_->properties[face_list_].name);
     }
   }
@@ -118,15 +74,13 @@ class PlyReader {
       reading_.warn(fmt::format("{}: {} bytes after the last element of the header were ignored",
                                 input_.path().native(), ignored_bytes_));
     leave_out();
-    say_lost_digits(*vertices_, lost_digits_);
-    say_lost_digits(*faces_, lost_digits_of_faces_);
+    of_vertices_.say_lost_digits(input_, reading_);
+    of_faces_.say_lost_digits(input_, reading_);
     return std::move(mesh_);
   }
   std::optional<ComponentType> precision() const;
-  std::vector<MeshAttribute> finish_attributes() { return finish(attributes_, records_); }
-  std::vector<MeshAttribute> finish_face_attributes() {
-    return finish(face_attributes_, face_records_);
-  }
+  std::vector<MeshAttribute> finish_attributes() { return of_vertices_.finish(); }
+  std::vector<MeshAttribute> finish_face_attributes() { return of_faces_.finish(); }
 
  private:
   template <class Values>
@@ -138,16 +92,12 @@ class PlyReader {
       if (&element == vertices_) {
         const std::uint64_t count = input_.plausible_count(element.count, element.least_bytes());
         if (reading_.sink == nullptr) reserve_huge(mesh_.positions, count);
-        for (std::size_t at = 0; at < attributes_.size(); ++at)
-          reserve_huge(records_[at], count * attributes_[at].schema.record_bytes());
+        of_vertices_.reserve(count);
         read_vertices(values);
       } else if (&element == faces_) {
-        if (reading_.sink == nullptr)
-          reserve_huge(mesh_.faces, input_.plausible_count(element.count, least_triangle_bytes()));
-        for (std::size_t at = 0; at < face_attributes_.size(); ++at)
-          reserve_huge(face_records_[at],
-                       input_.plausible_count(element.count, least_triangle_bytes()) *
-                           face_attributes_[at].schema.record_bytes());
+        const std::uint64_t count = input_.plausible_count(element.count, least_triangle_bytes());
+        if (reading_.sink == nullptr) reserve_huge(mesh_.faces, count);
+        of_faces_.reserve(count);
         read_faces(values);
       } else {
         skip_element(values, element);
@@ -164,20 +114,6 @@ class PlyReader {
     } while (input_.fill());
   }
 
-  /// A number of an element's record in the file, and the records that get it.
-  struct RecordPart {
-    std::size_t offset, bytes;
-    std::vector<std::byte>* to;
-
-    void append(const char* record, bool big_endian) const {
-      for (std::size_t byte = 0; byte < bytes; ++byte)
-        to->push_back(
-            static_cast<std::byte>(record[offset + (big_endian ? bytes - 1 - byte : byte)]));
-    }
-  };
-  std::vector<RecordPart> record_parts();
-  std::vector<RecordPart> face_record_parts();
-
   void give_part() {
     if (reading_.sink == nullptr ||
         std::max(mesh_.positions.size(), mesh_.faces.size()) < MeshSink::kPart)
@@ -187,17 +123,8 @@ class PlyReader {
     mesh_.faces.clear();
   }
 
-  static std::vector<MeshAttribute> finish(const std::vector<PlyAttribute>& attributes,
-                                           std::vector<std::vector<std::byte>>& records) {
-    std::vector<MeshAttribute> result;
-    for (std::size_t at = 0; at < attributes.size(); ++at)
-      result.push_back({attributes[at].schema, std::move(records[at])});
-    return result;
-  }
-
   void check_header();
   void leave_out() const;
-  void say_lost_digits(const PlyElement& element, std::span<const LostDigits> lost) const;
   std::uint64_t least_triangle_bytes() const;
   [[noreturn]] void refuse_header(std::string_view what) const {
     input_.refuse_at_line(header_.lines, fmt::format("header: {}", what));
@@ -214,11 +141,11 @@ class PlyReader {
   template <class Values>
   [[noreturn]] void refuse_polygon(const Values& values, std::uint64_t corners) const;
   std::uint64_t read_vertices_in_bulk(BinaryPlyValues& values);
-  template <class Values>
-  void add_numbers(Values& values, const PlyElement& element,
-                   std::span<const PlyAttribute> attributes, std::span<const double> numbers,
-                   std::vector<std::vector<std::byte>>& records);
-  bool read_triangle_in_bulk(BinaryPlyValues& values, std::span<const RecordPart> parts);
+  /// Where the list of a triangle is in its bytes, and how many bytes the triangle has.
+  struct TriangleBytes {
+    std::size_t list, all;
+  };
+  bool read_triangle_in_bulk(BinaryPlyValues& values, const TriangleBytes& place);
   bool is_vertex(double index) const {
     return index >= 0 && index < static_cast<double>(vertices_->count) &&
            index == std::floor(index);
@@ -232,30 +159,24 @@ class PlyReader {
   VertexProperties position_{};
   std::size_t face_list_ = 0;
   std::uint64_t ignored_bytes_ = 0;
-  std::vector<PlyAttribute> attributes_;
-  std::vector<std::vector<std::byte>> records_;  ///< [attribute]
-  std::vector<LostDigits> lost_digits_;          ///< [property of a vertex]
-  std::vector<std::string> no_attributes_;       ///< vertex properties that cannot be attributes
-  std::vector<PlyAttribute> face_attributes_;
-  std::vector<std::vector<std::byte>> face_records_;  ///< [face attribute]
-  std::vector<LostDigits> lost_digits_of_faces_;      ///< [property of a face]
-  std::vector<std::string> no_face_attributes_;
-  std::vector<double> face_numbers_;  ///< [property] of the present face
+  PlyRecords of_vertices_, of_faces_;
+  /// Properties that cannot be attributes.
+  std::vector<std::string> no_attributes_, no_face_attributes_;
   IndexedMesh mesh_;
   FaceDivider divider_{mesh_};
 };
 
 std::optional<ComponentType> PlyReader::precision() const {
-  const auto has = [&](std::initializer_list<PlyType> types) {
+  const auto has = [&](std::initializer_list<ComponentType> types) {
     return std::ranges::any_of(position_.index, [&](std::size_t property) {
       return std::ranges::find(types, vertices_->properties[property].type) != types.end();
     });
   };
   const auto fits = [](double number) { return as_float32(number) == number; };
-  if (has({PlyType::kFloat64})) return ComponentType::kFloat64;
+  if (has({ComponentType::kFloat64})) return ComponentType::kFloat64;
   // Text may have more digits than the type that the header names.
-  if (has({PlyType::kFloat32}) && header_.format == PlyFormat::kAscii) return std::nullopt;
-  if (has({PlyType::kInt32, PlyType::kUint32}) &&
+  if (has({ComponentType::kFloat32}) && header_.format == PlyFormat::kAscii) return std::nullopt;
+  if (has({ComponentType::kInt32, ComponentType::kUint32}) &&
       !std::ranges::all_of(mesh_.positions, [&](const Vector3<double>& p) {
         return fits(p.x) && fits(p.y) && fits(p.z);
       }))
@@ -297,14 +218,6 @@ void PlyReader::leave_out() const {
     reading_.left_out.push_back(fmt::format("texture file {}", file));
 }
 
-void PlyReader::say_lost_digits(const PlyElement& element, std::span<const LostDigits> lost) const {
-  for (std::size_t property = 0; property < lost.size(); ++property)
-    if (lost[property].count() > 0)
-      reading_.warn(fmt::format("{}: {} property {}: {}", input_.path().native(), element.name,
-                                in_quotes(element.properties[property].name),
-                                lost[property].text()));
-}
-
 void PlyReader::check_header() {
   for (const PlyElement& element : header_.elements) {
     if (element.name == "vertex") vertices_ = &element;
@@ -341,7 +254,7 @@ void PlyReader::check_header() {
 }
 
 std::uint64_t PlyReader::least_triangle_bytes() const {
-  const std::size_t index_bytes = ply_type_bytes(faces_->properties[face_list_].type);
+  const std::size_t index_bytes = component_bytes(faces_->properties[face_list_].type);
   // In ascii, a number and its blank take at least two bytes, and a face has at least four numbers.
   return header_.format == PlyFormat::kAscii ? 8 : faces_->least_bytes() + 3 * index_bytes;
 }
@@ -355,50 +268,19 @@ void PlyReader::skip_element(Values& values, const PlyElement& element) {
   }
 }
 
-std::vector<PlyReader::RecordPart> PlyReader::record_parts() {
-  std::vector<RecordPart> parts;
-  for (std::size_t at = 0; at < attributes_.size(); ++at)
-    for (const std::size_t property : attributes_[at].properties) {
-      std::size_t offset = 0;
-      for (std::size_t i = 0; i < property; ++i)
-        offset += ply_type_bytes(vertices_->properties[i].type);
-      parts.push_back(
-          {offset, ply_type_bytes(vertices_->properties[property].type), &records_[at]});
-    }
-  return parts;
-}
-
-/// Of triangles. REQUIRES: no other list.
-std::vector<PlyReader::RecordPart> PlyReader::face_record_parts() {
-  std::vector<RecordPart> parts;
-  for (std::size_t at = 0; at < face_attributes_.size(); ++at) {
-    const std::size_t property = face_attributes_[at].properties[0];
-    std::size_t offset = 0;
-    for (std::size_t i = 0; i < property; ++i) {
-      const PlyProperty& before = faces_->properties[i];
-      offset += before.is_list ? ply_type_bytes(before.count_type) + 3 * ply_type_bytes(before.type)
-                               : ply_type_bytes(before.type);
-    }
-    parts.push_back(
-        {offset, ply_type_bytes(faces_->properties[property].type), &face_records_[at]});
-  }
-  return parts;
-}
-
 /// REQUIRES: no lists, a record shorter than the buffer. Returns the number of records, all of
 /// which it has read.
 std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
   std::array<std::size_t, 3> offset{};
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < position_.index[axis]; ++i)
-      offset[axis] += ply_type_bytes(vertices_->properties[i].type);
+      offset[axis] += component_bytes(vertices_->properties[i].type);
   const auto type = [&](std::size_t axis) {
     return vertices_->properties[position_.index[axis]].type;
   };
-  const std::array<PlyType, 3> types = {type(0), type(1), type(2)};
+  const std::array<ComponentType, 3> types = {type(0), type(1), type(2)};
   const std::size_t stride = vertices_->least_bytes();
   const bool big_endian = values.big_endian();
-  const std::vector<RecordPart> parts = record_parts();
 
   std::uint64_t done = 0;
   while (done < vertices_->count) {
@@ -418,7 +300,7 @@ std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
                          fmt::format("({}, {}, {})", p.x, p.y, p.z));
       }
       mesh_.positions.push_back(p);
-      for (const RecordPart& part : parts) part.append(record, big_endian);
+      of_vertices_.append_bytes(record, big_endian);
     }
     input_.consume(ready * stride);
     done += ready;
@@ -427,48 +309,29 @@ std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
   return done;
 }
 
-/// Appends the numbers of an element to the records of its attributes. [property of the element]
-template <class Values>
-void PlyReader::add_numbers(Values& values, const PlyElement& element,
-                            std::span<const PlyAttribute> attributes,
-                            std::span<const double> numbers,
-                            std::vector<std::vector<std::byte>>& records) {
-  for (std::size_t at = 0; at < attributes.size(); ++at)
-    for (const std::size_t property : attributes[at].properties)
-      if (!append_number(element.properties[property].type, numbers[property], records[at]))
-        values.refuse(
-            fmt::format("a number of the type of {}", in_quotes(element.properties[property].name)),
-            fmt::format("{}", numbers[property]));
-}
-
 template <class Values>
 void PlyReader::read_vertices(Values& values) {
   std::uint64_t first = 0;
   if constexpr (std::is_same_v<Values, BinaryPlyValues>)
     if (!vertices_->has_lists() && vertices_->least_bytes() <= Input::kBufferBytes / 4)
       first = read_vertices_in_bulk(values);
-  std::vector<double> numbers(vertices_->properties.size());
   for (std::uint64_t vertex = first; vertex < vertices_->count; ++vertex) {
     values.begin_element({"vertex", vertex, vertices_->count});
     Vector3<double> p{};
     for (std::size_t i = 0; i < vertices_->properties.size(); ++i) {
       const auto axis = std::find(position_.index.begin(), position_.index.end(), i);
       if (axis == position_.index.end()) {
-        if (vertices_->properties[i].is_list || attributes_.empty())
+        if (vertices_->properties[i].is_list || of_vertices_.is_empty())
           skip_property(values, vertices_->properties[i]);
         else
-          numbers[i] = values.value(vertices_->properties[i].type);
-        if constexpr (std::is_same_v<Values, TextPlyValues>)
-          if (vertices_->properties[i].type == PlyType::kFloat32 && !attributes_.empty() &&
-              !vertices_->properties[i].is_list)
-            lost_digits_[i].add(values.word(), numbers[i]);
+          of_vertices_.read(values, i);
         continue;
       }
       const double value = values.value(vertices_->properties[i].type);
       if (!input_.takes(value)) values.refuse("a finite position", fmt::format("{}", value));
       p[static_cast<int>(axis - position_.index.begin())] = value;
     }
-    add_numbers(values, *vertices_, attributes_, numbers, records_);
+    of_vertices_.append(values);
     values.end_element();
     mesh_.positions.push_back(p);
     give_part();
@@ -478,18 +341,15 @@ void PlyReader::read_vertices(Values& values) {
 /// Reads the next face if it is a triangle, has no other list, and lies in the buffer as a whole;
 /// otherwise consumes nothing and returns false. A face with a bad index also returns false: the
 /// value-by-value reader then reports the place of the index.
-bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values, std::span<const RecordPart> parts) {
+bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values, const TriangleBytes& place) {
   const PlyProperty& list = faces_->properties[face_list_];
-  const std::size_t index_bytes = ply_type_bytes(list.type);
-  const std::size_t count_bytes = ply_type_bytes(list.count_type);
-  const std::uint64_t record_bytes = faces_->least_bytes() + 3 * index_bytes;
+  const std::size_t index_bytes = component_bytes(list.type);
   const std::string_view bytes = input_.unread();
-  if (bytes.size() < record_bytes) return false;
+  if (bytes.size() < place.all) return false;
 
-  const char* at = bytes.data();
-  for (std::size_t i = 0; i < face_list_; ++i) at += ply_type_bytes(faces_->properties[i].type);
+  const char* at = bytes.data() + place.list;
   if (load_ply_number(list.count_type, at, values.big_endian()) != 3) return false;
-  at += count_bytes;
+  at += component_bytes(list.count_type);
   std::array<VertexId, 3> face;
   for (VertexId& vertex : face) {
     const double index = load_ply_number(list.type, at, values.big_endian());
@@ -500,8 +360,8 @@ bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values, std::span<const R
   // With this many triangles, the value-by-value reader reports the error.
   if (mesh_.faces.size() >= kMaxFaces) return false;
   divider_.add_triangle(face);
-  for (const RecordPart& part : parts) part.append(bytes.data(), values.big_endian());
-  input_.consume(record_bytes);
+  of_faces_.append_bytes(bytes.data(), values.big_endian());
+  input_.consume(place.all);
   return true;
 }
 
@@ -519,18 +379,13 @@ void PlyReader::refuse_polygon(const Values& values, std::uint64_t corners) cons
 template <class Values>
 void PlyReader::read_face(Values& values) {
   const std::size_t triangles = mesh_.faces.size();
-  face_numbers_.resize(faces_->properties.size());
   for (std::size_t i = 0; i < faces_->properties.size(); ++i) {
     const PlyProperty& property = faces_->properties[i];
     if (i != face_list_) {
-      if (property.is_list || face_attributes_.empty()) {
+      if (property.is_list || of_faces_.is_empty())
         skip_property(values, property);
-        continue;
-      }
-      face_numbers_[i] = values.value(property.type);
-      if constexpr (std::is_same_v<Values, TextPlyValues>)
-        if (property.type == PlyType::kFloat32)
-          lost_digits_of_faces_[i].add(values.word(), face_numbers_[i]);
+      else
+        of_faces_.read(values, i);
       continue;
     }
     const std::uint64_t corners = read_list_count(values, property);
@@ -545,24 +400,25 @@ void PlyReader::read_face(Values& values) {
         values.refuse(fmt::format("at most {} triangles", kMaxFaces), "more");
     }
   }
-  if (!face_attributes_.empty())
-    for (std::size_t added = triangles; added < mesh_.faces.size(); ++added)
-      add_numbers(values, *faces_, face_attributes_, face_numbers_, face_records_);
+  for (std::size_t added = triangles; added < mesh_.faces.size(); ++added) of_faces_.append(values);
 }
 
 template <class Values>
 void PlyReader::read_faces(Values& values) {
   bool bulk = false;
+  TriangleBytes place{};
   if constexpr (std::is_same_v<Values, BinaryPlyValues>) {
     std::size_t lists = 0;
     for (const PlyProperty& property : faces_->properties) lists += property.is_list ? 1 : 0;
     bulk = lists == 1;
+    for (std::size_t i = 0; i < face_list_; ++i)
+      place.list += component_bytes(faces_->properties[i].type);
+    place.all = faces_->least_bytes() + 3 * component_bytes(faces_->properties[face_list_].type);
   }
-  const std::vector<RecordPart> parts = bulk ? face_record_parts() : std::vector<RecordPart>{};
   for (std::uint64_t face = 0; face < faces_->count; ++face) {
     give_part();
     if constexpr (std::is_same_v<Values, BinaryPlyValues>)
-      if (bulk && read_triangle_in_bulk(values, parts)) continue;
+      if (bulk && read_triangle_in_bulk(values, place)) continue;
     values.begin_element({"face", face, faces_->count});
     read_face(values);
     values.end_element();

@@ -13,28 +13,6 @@ namespace {
 constexpr std::size_t kMostComponents = 255;
 constexpr std::size_t kMostFaceAttributes = 255;
 
-ComponentType component_type(PlyType type) {
-  switch (type) {
-    case PlyType::kInt8:
-      return ComponentType::kInt8;
-    case PlyType::kUint8:
-      return ComponentType::kUint8;
-    case PlyType::kInt16:
-      return ComponentType::kInt16;
-    case PlyType::kUint16:
-      return ComponentType::kUint16;
-    case PlyType::kInt32:
-      return ComponentType::kInt32;
-    case PlyType::kUint32:
-      return ComponentType::kUint32;
-    case PlyType::kFloat64:
-      return ComponentType::kFloat64;
-    case PlyType::kFloat32:
-      break;
-  }
-  return ComponentType::kFloat32;
-}
-
 /// Finds groups of properties, and takes each property once.
 class PropertyGroups {
  public:
@@ -60,7 +38,7 @@ class PropertyGroups {
       result.properties.push_back(at);
     }
     for (const std::size_t at : result.properties) taken_[at] = true;
-    result.schema = {attribute, component_type(properties_[result.properties[0]].type),
+    result.schema = {attribute, properties_[result.properties[0]].type,
                      static_cast<std::uint32_t>(names.size())};
     return result;
   }
@@ -140,7 +118,7 @@ std::vector<PlyAttribute> face_attributes_of(const PlyElement& faces,
       continue;
     }
     PlyAttribute& attribute = attributes.emplace_back();
-    attribute.schema = {property.name, component_type(property.type), 1};
+    attribute.schema = {property.name, property.type, 1};
     attribute.properties = {at};
   }
   return attributes;

@@ -14,24 +14,24 @@ constexpr std::size_t kMaxLineBytes = std::size_t{64} << 10;
 
 struct TypeName {
   std::string_view name;
-  PlyType type;
+  ComponentType type;
 };
-constexpr std::array<TypeName, 16> kTypeNames = {{{"char", PlyType::kInt8},
-                                                  {"int8", PlyType::kInt8},
-                                                  {"uchar", PlyType::kUint8},
-                                                  {"uint8", PlyType::kUint8},
-                                                  {"short", PlyType::kInt16},
-                                                  {"int16", PlyType::kInt16},
-                                                  {"ushort", PlyType::kUint16},
-                                                  {"uint16", PlyType::kUint16},
-                                                  {"int", PlyType::kInt32},
-                                                  {"int32", PlyType::kInt32},
-                                                  {"uint", PlyType::kUint32},
-                                                  {"uint32", PlyType::kUint32},
-                                                  {"float", PlyType::kFloat32},
-                                                  {"float32", PlyType::kFloat32},
-                                                  {"double", PlyType::kFloat64},
-                                                  {"float64", PlyType::kFloat64}}};
+constexpr std::array<TypeName, 16> kTypeNames = {{{"char", ComponentType::kInt8},
+                                                  {"int8", ComponentType::kInt8},
+                                                  {"uchar", ComponentType::kUint8},
+                                                  {"uint8", ComponentType::kUint8},
+                                                  {"short", ComponentType::kInt16},
+                                                  {"int16", ComponentType::kInt16},
+                                                  {"ushort", ComponentType::kUint16},
+                                                  {"uint16", ComponentType::kUint16},
+                                                  {"int", ComponentType::kInt32},
+                                                  {"int32", ComponentType::kInt32},
+                                                  {"uint", ComponentType::kUint32},
+                                                  {"uint32", ComponentType::kUint32},
+                                                  {"float", ComponentType::kFloat32},
+                                                  {"float32", ComponentType::kFloat32},
+                                                  {"double", ComponentType::kFloat64},
+                                                  {"float64", ComponentType::kFloat64}}};
 
 class HeaderReader {
  public:
@@ -46,7 +46,7 @@ class HeaderReader {
   void read_format();
   void read_element();
   void read_property();
-  PlyType type_from_name(const std::string& name) const;
+  ComponentType type_from_name(const std::string& name) const;
 
   [[noreturn]] void refuse(std::string_view expected, std::string_view found) const {
     input_.refuse_at_line(header_.lines,
@@ -96,7 +96,7 @@ const std::vector<std::string>& HeaderReader::next_line() {
   return words_;
 }
 
-PlyType HeaderReader::type_from_name(const std::string& name) const {
+ComponentType HeaderReader::type_from_name(const std::string& name) const {
   for (const TypeName& known : kTypeNames)
     if (known.name == name) return known.type;
   refuse("a PLY type", in_quotes(name));
@@ -175,28 +175,10 @@ PlyHeader HeaderReader::read() {
 
 }  // namespace
 
-std::size_t ply_type_bytes(PlyType type) {
-  switch (type) {
-    case PlyType::kInt8:
-    case PlyType::kUint8:
-      return 1;
-    case PlyType::kInt16:
-    case PlyType::kUint16:
-      return 2;
-    case PlyType::kInt32:
-    case PlyType::kUint32:
-    case PlyType::kFloat32:
-      return 4;
-    case PlyType::kFloat64:
-      return 8;
-  }
-  return 8;
-}
-
 std::uint64_t PlyElement::least_bytes() const {
   std::uint64_t bytes = 0;
   for (const PlyProperty& property : properties)
-    bytes += ply_type_bytes(property.is_list ? property.count_type : property.type);
+    bytes += component_bytes(property.is_list ? property.count_type : property.type);
   return bytes;
 }
 

@@ -8,30 +8,18 @@
 #include <vector>
 
 #include "mesh/files/input.h"
+#include "plait/attribute.h"
 #include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 enum class PlyFormat : std::uint8_t { kAscii, kLittleEndian, kBigEndian };
 
-enum class PlyType : std::uint8_t {
-  kInt8,
-  kUint8,
-  kInt16,
-  kUint16,
-  kInt32,
-  kUint32,
-  kFloat32,
-  kFloat64
-};
-
-std::size_t ply_type_bytes(PlyType type);
-
 struct PlyProperty {
   std::string name;
-  PlyType type = PlyType::kFloat32;
+  ComponentType type = ComponentType::kFloat32;
   bool is_list = false;
-  PlyType count_type = PlyType::kUint8;  ///< of a list
+  ComponentType count_type = ComponentType::kUint8;  ///< of a list
 };
 
 struct PlyElement {

@@ -44,7 +44,7 @@ void TextPlyValues::end_element() {
   if (!word.empty()) refuse("the end of the line", in_quotes(word));
 }
 
-double TextPlyValues::value(PlyType) {
+double TextPlyValues::value(ComponentType) {
   word_ = text_.word();
   const std::optional<double> number = parse_number(word_);
   if (!number) refuse("a number", word_.empty() ? "the end of the line" : in_quotes(word_));

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/number_type.h"
 #include "mesh/files/ply_header.h"
 #include "mesh/files/text_input.h"
 #include "plait/detail/namespace.h"
@@ -14,33 +15,14 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// A number of the file's type and byte order.
-inline double load_ply_number(PlyType type, const char* bytes, bool big_endian) {
-  const auto load = [&]<class Number>(Number number) {
+inline double load_ply_number(ComponentType type, const char* bytes, bool big_endian) {
+  return with_number_type(type, [&]<class Number>(Number number) {
     std::array<char, sizeof(Number)> copy;
     for (std::size_t i = 0; i < sizeof(Number); ++i)
       copy[i] = bytes[big_endian ? sizeof(Number) - 1 - i : i];
     std::memcpy(&number, copy.data(), sizeof(Number));
     return static_cast<double>(number);
-  };
-  switch (type) {
-    case PlyType::kInt8:
-      return load(std::int8_t{});
-    case PlyType::kUint8:
-      return load(std::uint8_t{});
-    case PlyType::kInt16:
-      return load(std::int16_t{});
-    case PlyType::kUint16:
-      return load(std::uint16_t{});
-    case PlyType::kInt32:
-      return load(std::int32_t{});
-    case PlyType::kUint32:
-      return load(std::uint32_t{});
-    case PlyType::kFloat32:
-      return load(float{});
-    case PlyType::kFloat64:
-      return load(double{});
-  }
-  return 0;
+  });
 }
 
 /// The current place in the body, for messages.
@@ -60,16 +42,16 @@ class BinaryPlyValues {
 
   void begin_element(const PlyPlace& place) { place_ = place; }
   void end_element() {}
-  double value(PlyType type) {
-    const std::size_t bytes = ply_type_bytes(type);
+  double value(ComponentType type) {
+    const std::size_t bytes = component_bytes(type);
     if (!input_.ensure(bytes)) refuse_end();
     value_offset_ = input_.offset();
     const double result = load_ply_number(type, input_.unread().data(), big_endian_);
     input_.consume(bytes);
     return result;
   }
-  void skip(PlyType type, std::uint64_t count) {
-    if (!input_.skip(count * ply_type_bytes(type))) refuse_end();
+  void skip(ComponentType type, std::uint64_t count) {
+    if (!input_.skip(count * component_bytes(type))) refuse_end();
   }
   /// Throws kInvalidArgument with the place of the last value(). REQUIRES: begin_element() was
   /// called.
@@ -96,10 +78,10 @@ class TextPlyValues {
 
   void begin_element(const PlyPlace& place);
   void end_element();
-  double value(PlyType type);
+  double value(ComponentType type);
   /// The text of the last value, until the next call.
   std::string_view word() const { return word_; }
-  void skip(PlyType type, std::uint64_t count) {
+  void skip(ComponentType type, std::uint64_t count) {
     for (std::uint64_t i = 0; i < count; ++i) value(type);
   }
   [[noreturn]] void refuse(std::string_view expected, std::string_view found) const;

@@ -1,4 +1,4 @@
-// number_type.h: one function for the numbers of an attribute, whatever their type.
+// base/number_type.h: what depends on the type of an attribute's numbers.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Calls work(Number()) for the type of the attribute's numbers.
+/// Calls work(Number()) for the type, and returns what it returns.
 template <class Work>
-auto with_number_type(ComponentType type, Work work) {
+decltype(auto) with_number_type(ComponentType type, Work&& work) {
   switch (type) {
     case ComponentType::kFloat64:
       return work(double{});
@@ -34,6 +34,12 @@ auto with_number_type(ComponentType type, Work work) {
       break;
   }
   return work(float{});
+}
+
+/// Whether records are points in space: float32 x 3 or float64 x 3.
+inline bool holds_points(const AttributeSchema& schema) noexcept {
+  return schema.components == 3 &&
+         (schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64);
 }
 
 PLAIT_END_NAMESPACE
