@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/number_type.h"
 #include "format/number_places.h"
 #include "format/packed_frame.h"
 #include "format/planes.h"
@@ -77,8 +78,7 @@ bool is_refused(const AttributeSchema& schema, std::size_t stored, std::size_t r
 }  // namespace
 
 bool follows_base_positions(const AttributeSchema& schema) {
-  return schema.name == "position" && schema.components == 3 &&
-         (schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64);
+  return schema.name == "position" && holds_points(schema);
 }
 
 std::vector<std::byte> encode_base_records(const AttributeSchema& schema,

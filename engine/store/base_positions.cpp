@@ -12,10 +12,11 @@
 #include <vector>
 
 #include "base/default_arithmetic.h"
+#include "base/number_type.h"
 #include "mesh/mesh_region.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
-#include "plait/store.h"
+#include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -93,6 +94,20 @@ void check_positions(const BaseMesh& mesh, ComponentType precision) {
   const VerticesAtHand vertices = placed_vertices(mesh);
   for (std::size_t at = 0; at < vertices.size(); ++at)
     check_fits(vertices[at], positions[vertices[at]]);
+}
+
+void check_points(const AttributeSchema& schema, std::string_view what) {
+  if (!holds_points(schema))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: attribute '{}' holds {} x {}, expected float32 x 3 or float64 x 3",
+                            what, schema.name, to_string(schema.type), schema.components));
+}
+
+AttributeId position_of(const Store& store, std::string_view verb) {
+  const AttributeId id = store.attribute("position");
+  check_points(store.attributes()[id].schema,
+               fmt::format("{} {}", verb, StoreAccess::state(store).name()));
+  return id;
 }
 
 void add_base_positions(Store& store, ComponentType precision) {

@@ -17,6 +17,7 @@
 #include "plait/reader.h"
 #include "plait/store.h"
 #include "sample/samples.h"
+#include "store/base_positions.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -83,15 +84,15 @@ IndexedMesh read_drawn(Store& store, int level) {
 IndexedMesh read_store(const std::filesystem::path& path, int level,
                        const BackendRegistry& backends) {
   Store store = Store::open(path, {}, backends);
-  const AttributeInfo& position = store.attributes()[store.attribute("position")];
+  const AttributeInfo& position = store.attributes()[position_of(store, "compare")];
   if (level < 0) level = position.finest_level;
   if (level < store.base_level() || level > position.finest_level)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("{}: expected a level from {} to {}, found {}", path.native(),
                             store.base_level(), position.finest_level, level));
   const LevelCounts counts = counts_at_level(store.base(), level - store.base_level());
-  const bool is_float = position.schema == schema_of<Vector3<float>>("position");
-  if (store.has_depths() && (is_float || position.schema == schema_of<Vector3<double>>("position")))
+  const bool is_float = position.schema.type == ComponentType::kFloat32;
+  if (store.has_depths())
     return is_float ? read_drawn<float>(store, level) : read_drawn<double>(store, level);
   check_size_of_mesh(path, level, counts.vertices, counts.faces);
   IndexedMesh mesh;
@@ -99,14 +100,8 @@ IndexedMesh read_store(const std::filesystem::path& path, int level,
   const SampleNumbers numbers(store.base(), level - store.base_level());
   if (is_float)
     read_positions<float>(store, level, numbers, mesh);
-  else if (position.schema == schema_of<Vector3<double>>("position"))
-    read_positions<double>(store, level, numbers, mesh);
   else
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("{}: attribute 'position': expected float32 x 3 or float64 x 3, found "
-                    "{} x {}",
-                    path.native(), to_string(position.schema.type), position.schema.components));
+    read_positions<double>(store, level, numbers, mesh);
   return mesh;
 }
 

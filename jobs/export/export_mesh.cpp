@@ -13,6 +13,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/notes.h"
 #include "plait/reader.h"
+#include "store/base_positions.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -89,16 +90,6 @@ void check_counts(const Store& store, const PatchSelection& patches, MeshFormat 
                             "--level, a --box, or OBJ",
                             store.path().native(), count, ply ? "vertices" : "triangles",
                             format_name(format), kMaxCounted));
-}
-
-void check_position(const Store& store, AttributeId position) {
-  const AttributeSchema& schema = store.attributes()[position].schema;
-  if (schema.components != 3 ||
-      (schema.type != ComponentType::kFloat32 && schema.type != ComponentType::kFloat64))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("export {}: attribute 'position' holds {} x {}, expected float32 x 3 "
-                            "or float64 x 3",
-                            store.path().native(), to_string(schema.type), schema.components));
 }
 
 /// The patches that the request asks for, ascending, each once.
@@ -200,8 +191,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
                          const ExportRequest& request, const JobWatch& watch) {
   const MeshFormat format = named.mesh;
   check_options(store, format, request);
-  const AttributeId position = store.attribute("position");
-  check_position(store, position);
+  const AttributeId position = position_of(store, "export");
   const int level = request.level >= 0 ? request.level : store.attributes()[position].finest_level;
   check_level(store, position, level);
   const std::vector<AttributeId> extras =

@@ -16,6 +16,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/progress.h"
 #include "store/attribute_levels.h"
+#include "store/base_positions.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -81,11 +82,7 @@ PassResult result_of(const Pass& pass, const std::vector<AttributeSchema>& schem
       throw Error(ErrorCode::kNotFound,
                   fmt::format("pass '{}': the store has no attribute 'position'", pass.name));
     const AttributeSchema& at = schemas[position];
-    if ((at.type != ComponentType::kFloat32 && at.type != ComponentType::kFloat64) ||
-        at.components != 3)
-      refuse_pass(pass,
-                  fmt::format("expected positions of float32 x 3 or float64 x 3, found {} x {}",
-                              to_string(at.type), at.components));
+    check_points(at, fmt::format("pass '{}'", pass.name));
     result.schema =
         pass.name == kNormals ? AttributeSchema{"normal", ComponentType::kFloat32, 3} : at;
   } else {

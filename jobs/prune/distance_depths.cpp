@@ -13,6 +13,7 @@
 #include "plait/reader.h"
 #include "prune/balance.h"
 #include "prune/patch_distance.h"
+#include "store/base_positions.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -162,7 +163,7 @@ class DepthSearch {
 template <class Run>
 DistanceDepths search(const Store& store, double tolerance, int balance, const JobWatch& watch,
                       Run run) {
-  const auto& [schema, finest] = store.attributes()[store.attribute("position")];
+  const auto& [schema, finest] = store.attributes()[position_of(store, "prune")];
   const std::uint64_t patch_bytes =
       sizeof(Vector3<double>) *
       patch_vertex_count(std::int64_t{1} << (finest - store.base_level()));
@@ -172,14 +173,9 @@ DistanceDepths search(const Store& store, double tolerance, int balance, const J
         fmt::format("prune {}: a patch of level {} has {} bytes, expected at most half of "
                     "the budget of {}: raise --memory",
                     store.path().native(), finest, patch_bytes, store.options().budget_bytes));
-  if (schema == schema_of<Vector3<float>>("position"))
-    return run(DepthSearch<float>(store, tolerance, balance, watch));
-  if (schema == schema_of<Vector3<double>>("position"))
-    return run(DepthSearch<double>(store, tolerance, balance, watch));
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("prune {}: attribute 'position': expected float32 x 3 or float64 x 3, "
-                          "found {} x {}",
-                          store.path().native(), to_string(schema.type), schema.components));
+  return schema.type == ComponentType::kFloat32
+             ? run(DepthSearch<float>(store, tolerance, balance, watch))
+             : run(DepthSearch<double>(store, tolerance, balance, watch));
 }
 
 }  // namespace

@@ -17,24 +17,11 @@
 #include "plait/extend/edge_index.h"
 #include "plait/extend/patch.h"
 #include "plait/extend/store_access.h"
+#include "store/base_positions.h"
 #include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-constexpr char kPositionName[] = "position";
-
-AttributeId viewed_position(const Store& store) {
-  const AttributeId id = store.attribute(kPositionName);
-  const AttributeSchema& schema = store.attributes()[id].schema;
-  if (schema.components != 3 ||
-      (schema.type != ComponentType::kFloat32 && schema.type != ComponentType::kFloat64))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("view of {}: attribute 'position' holds {} x {}, expected float32 x 3 "
-                            "or float64 x 3",
-                            store.path().native(), to_string(schema.type), schema.components));
-  return id;
-}
 
 /// The square of how far a new vertex is from the middle of the two between which it was born.
 template <class Real>
@@ -102,7 +89,7 @@ template <class Real>
 class StepsOfDepths {
  public:
   StepsOfDepths(Store& store, AttributeId position)
-      : patch_(store, kPositionName),
+      : patch_(store, "position"),
         base_(store.base()),
         mesh_(base_.topology()),
         levels_(store.attributes()[position].finest_level - store.base_level()) {}
@@ -210,7 +197,7 @@ std::vector<ViewedFile> viewed_files(const Store& store) {
 }
 
 std::vector<std::byte> make_view(Store& store, const ProgressCallback& progress) {
-  const AttributeId position = viewed_position(store);
+  const AttributeId position = position_of(store, "view of");
   View view;
   view.store = StoreAccess::state(std::as_const(store)).uuid;
   view.version = store.sequence();

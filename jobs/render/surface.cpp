@@ -17,6 +17,7 @@
 #include "plait/extend/store_access.h"
 #include "render/drawn_surface.h"
 #include "render/patch_normal.h"
+#include "store/base_positions.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -30,18 +31,12 @@ bool is_double(const Store& store, AttributeId position) {
 }
 
 AttributeId checked_position(const Store& store, int level) {
-  const AttributeId position = store.attribute("position");
-  const auto& [schema, finest] = store.attributes()[position];
+  const AttributeId position = position_of(store, "render");
+  const int finest = store.attributes()[position].finest_level;
   if (level < store.base_level() || level > finest)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("render {}: level {}, expected {} to {}", store.path().native(), level,
                             store.base_level(), finest));
-  if (schema.components != 3 ||
-      (schema.type != ComponentType::kFloat32 && schema.type != ComponentType::kFloat64))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("render {}: attribute 'position' holds {} x {}, expected float32 x 3 "
-                            "or float64 x 3",
-                            store.path().native(), to_string(schema.type), schema.components));
   return position;
 }
 

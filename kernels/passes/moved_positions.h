@@ -8,24 +8,20 @@
 #include <vector>
 
 #include "plait/detail/namespace.h"
-#include "plait/extend/store_access.h"
 #include "plait/extend/vector3.h"
 #include "plait/store.h"
 #include "plait/visit_vertices.h"
+#include "store/base_positions.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Calls pass(Real()) for the type of the numbers of attribute "position". Errors: kInvalidArgument
-/// unless it is float32 x 3 or float64 x 3.
+/// Calls pass(Real()) for the type of the numbers of attribute "position". Errors: those of
+/// position_of().
 template <class Pass>
 auto with_real(const Store& store, const Pass& pass) {
-  const AttributeId position = store.attribute("position");
-  if (store.attributes()[position].schema.type == ComponentType::kFloat64) {
-    StoreAccess::check_type(store, position, ComponentType::kFloat64, 3);
-    return pass(double());
-  }
-  StoreAccess::check_type(store, position, ComponentType::kFloat32, 3);
-  return pass(float());
+  const AttributeId position = position_of(store, "pass over");
+  return store.attributes()[position].schema.type == ComponentType::kFloat64 ? pass(double())
+                                                                             : pass(float());
 }
 
 /// How vertices went in a pass.

@@ -15,6 +15,7 @@
 #include "plait/layout.h"
 #include "plait/subdivide.h"
 #include "schemes/table.h"
+#include "store/base_positions.h"
 #include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -82,12 +83,10 @@ PlannedSubdivision plan_subdivision(Store& store, const SubdivideOptions& option
 PlannedSubdivision::PlannedSubdivision(Store& store, const SubdivideOptions& options)
     : store_(&store),
       options_(options),
-      position_(store.attribute("position")),
+      position_(position_of(store, "subdivide")),
       wanted_threads_(thread_count(options.threads, "subdivide")),
       first_level_(store.attributes()[position_].finest_level) {
   const AttributeSchema& schema = store.attributes()[position_].schema;
-  if (schema.type != ComponentType::kFloat64 || schema.components != 3)
-    StoreAccess::check_type(store, position_, ComponentType::kFloat32, 3);
   provenance_ = provenance_after(store, options, first_level_, schema.type);
   check_numbers(store, options);
   check_attributes(store, options, position_);

@@ -144,11 +144,6 @@ std::vector<FaceBounds> compute(const BaseMesh& mesh, std::span<const std::byte>
 
 }  // namespace
 
-bool has_positions(const AttributeSchema& schema) {
-  return schema.components == 3 &&
-         (schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64);
-}
-
 std::vector<FaceBounds> compute_face_bounds(const BaseMesh& mesh, const AttributeSchema& schema,
                                             std::span<const std::byte> base,
                                             std::span<const LevelFile* const> levels,

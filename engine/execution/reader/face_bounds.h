@@ -15,11 +15,8 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Whether an attribute has positions in space: float32 x 3 or float64 x 3.
-bool has_positions(const AttributeSchema& schema);
-
 /// Reads each block of `levels` once, in file order. `base` has the records of the base vertices.
-/// `progress` counts bytes of levels. REQUIRES: has_positions(schema). Errors: kCancelled; those of
+/// `progress` counts bytes of levels. REQUIRES: check_points(schema). Errors: kCancelled; those of
 /// Session::pin.
 std::vector<FaceBounds> compute_face_bounds(const BaseMesh& mesh, const AttributeSchema& schema,
                                             std::span<const std::byte> base,

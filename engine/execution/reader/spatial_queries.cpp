@@ -10,6 +10,7 @@
 #include "format/checksum.h"
 #include "plait/bounds.h"
 #include "plait/error.h"
+#include "store/base_positions.h"
 #include "store/lock.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -45,11 +46,7 @@ std::uint64_t Reader::State::bounds_key(const Attribute& attribute) const {
 
 std::vector<FaceBounds> Reader::State::compute_bounds(const Attribute& attribute,
                                                       const ProgressCallback& progress) const {
-  if (!has_positions(attribute.schema))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("bounds of '{}': expected float32 x 3 or float64 x 3, found {} x {}",
-                            attribute.schema.name, to_string(attribute.schema.type),
-                            attribute.schema.components));
+  check_points(attribute.schema, fmt::format("bounds of {}", store->name()));
   for (int level = base_level; level <= attribute.finest_level; ++level)
     check_finished(attribute, level);
   return compute_face_bounds(store->base, attribute.schema, attribute.base_bytes, attribute.levels,
