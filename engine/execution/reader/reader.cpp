@@ -3,13 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <boost/container/small_vector.hpp>
-#include <cstring>
-#include <limits>
+#include <new>
 #include <utility>
 
-#include "address/record_sizes.h"
 #include "execution/reader/reader_state.h"
 #include "plait/detail/face_depths.h"
 #include "plait/error.h"
@@ -20,50 +17,6 @@
 #include "plait/extend/vertex_numbering.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
-namespace {
-
-/// As many patches are read ahead at most.
-constexpr std::size_t kMostAhead = 64;
-
-/// As many blocks of a range of vertices are read ahead. docs/backends.md has the measurement.
-constexpr std::uint64_t kRunsAhead = 3;
-
-/// Lets state.mesh be read for the face. False if base.index is damaged there: reading the patch
-/// says so.
-template <class State>
-bool bring_in(const State& state, FaceId face) noexcept {
-  try {
-    state.store->base.need_face(face);
-    return true;
-  } catch (const std::exception&) {
-    return false;
-  }
-}
-
-/// Asks for the blocks of these patches, kMostAhead at most, until `ask` refuses one. Returns how
-/// many patches have got all of their blocks.
-template <class State, class Ask>
-std::size_t ask_for_blocks(const State& state, std::span<const FaceId> faces, int level,
-                           Ask ask) noexcept {
-  const int refinements = level - state.base_level;
-  if (!state.store->process.is_current() || refinements < 0) return 0;
-  const std::size_t most = std::min(faces.size(), kMostAhead);
-  for (std::size_t at = 0; at < most; ++at) {
-    if (faces[at] >= state.mesh.faces.size() || level > state.depth(faces[at]) ||
-        !bring_in(state, faces[at]))
-      return at;
-    for (const auto& attribute : state.attributes) {
-      if (attribute.levels.size() < static_cast<std::size_t>(refinements)) return at;
-      for (const LevelFile* const file :
-           std::span(attribute.levels).first(static_cast<std::size_t>(refinements)))
-        for (const EdgeId edge : state.mesh.face_edges[faces[at]])
-          if (!ask(*file, file->geometry.block_of(edge))) return at;
-    }
-  }
-  return most;
-}
-
-}  // namespace
 
 Reader::State::State(const Store& of, const ReaderOptions& options)
     : store((of.state(), of.implementation_)),
@@ -137,93 +90,6 @@ std::size_t Reader::State::number_of(std::string_view name, ComponentType type,
         fmt::format("attribute '{}' holds {} x {}, asked for {} x {}", schema.name,
                     to_string(schema.type), schema.components, to_string(type), components));
   return number;
-}
-
-struct PatchView::Content {
-  Content(std::shared_ptr<const Reader::State> of, FaceId of_face, int of_level)
-      : state(std::move(of)), face(of_face), level(of_level), slots(state->attributes.size()) {
-    ++state->store->view_count;
-  }
-  ~Content() {
-    PinnedBlock::release_all({pins.data(), pins.size()});
-    --state->store->view_count;
-  }
-  Content(const Content&) = delete;
-  Content& operator=(const Content&) = delete;
-
-  int refinements() const { return relative_to_base(level, state->base_level).refinements; }
-
-  std::shared_ptr<const Reader::State> state;  ///< outlives the pins
-  FaceId face;
-  int level;
-  std::vector<FaceSlots> slots;  ///< [attribute of the reader]
-  boost::container::small_vector<PinnedBlock, 16> pins;
-};
-
-PatchView::PatchView() noexcept = default;
-PatchView::~PatchView() = default;
-PatchView::PatchView(PatchView&&) noexcept = default;
-PatchView& PatchView::operator=(PatchView&&) noexcept = default;
-
-FaceId PatchView::face() const noexcept { return content_->face; }
-int PatchView::level() const noexcept { return content_->level; }
-int PatchView::refinements() const noexcept { return content_->refinements(); }
-std::int64_t PatchView::size() const noexcept { return std::int64_t{1} << refinements(); }
-
-const FaceSlots& PatchView::slots_of(std::string_view name, ComponentType type,
-                                     std::uint32_t components) const {
-  return content_->slots[content_->state->number_of(name, type, components)];
-}
-
-std::shared_ptr<const void> PatchView::release() {
-  return with_memory_errors("keep a patch",
-                            [&] { return std::shared_ptr<const Content>(std::move(content_)); });
-}
-
-RecordView PatchView::records(std::string_view name) && {
-  RecordView view = std::as_const(*this).records(name);
-  view.pins_ = release();
-  return view;
-}
-
-RecordView PatchView::records(std::string_view name) const& {
-  const std::size_t number = content_->state->number_of(name);
-  return {content_->slots[number], face(), refinements(),
-          content_->state->attributes[number].schema.record_bytes()};
-}
-
-std::span<const std::byte> RecordView::at(std::int64_t i, std::int64_t j) const {
-  if ((i | j | (size_ - i - j)) < 0) refuse_point(face_, size_, i, j);
-  return {slots_->find(refinements_, i, j), record_bytes_};
-}
-
-void RecordView::copy_to(std::span<std::byte> to) const {
-  if (to.size() != patch_vertex_count(size_) * record_bytes_)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("copy face {}: expected room for {} records of {} bytes, found {} bytes", face_,
-                    patch_vertex_count(size_), record_bytes_, to.size()));
-  const bool copied = with_record_size(record_bytes_, [&](auto record) {
-    slots_->copy_to(refinements_, reinterpret_cast<decltype(record)*>(to.data()));
-  });
-  if (copied) return;
-  std::byte* next = to.data();
-  for (std::int64_t j = 0; j <= size_; ++j)
-    for (std::int64_t i = 0; i + j <= size_; ++i, next += record_bytes_)
-      std::memcpy(next, slots_->find(refinements_, i, j), record_bytes_);
-}
-
-void refuse_point(FaceId face, std::int64_t size, std::int64_t i, std::int64_t j) {
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("face {}: expected a point in the grid of size {}, found ({}, {})", face,
-                          size, i, j));
-}
-
-void check_count(FaceId face, std::int64_t size, std::size_t count) {
-  if (count != patch_vertex_count(size))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("copy face {}: expected room for {} records, found {}", face,
-                            patch_vertex_count(size), count));
 }
 
 Reader::Reader(const Store& store, const ReaderOptions& options) {
@@ -333,20 +199,6 @@ std::optional<int> Reader::depth_across(FaceId face, int side) const {
   return depth(beyond.face());
 }
 
-std::size_t Reader::prefetch(std::span<const FaceId> faces, int level) const noexcept {
-  return ask_for_blocks(*state_, faces, level, [&](const LevelFile& file, std::uint64_t block) {
-    return state_->session.prefetch(file, block);
-  });
-}
-
-std::size_t Reader::read_ahead(std::span<const FaceId> faces, int level) const noexcept {
-  return ask_for_blocks(*state_, faces, level, [&](const LevelFile& file, std::uint64_t block) {
-    return state_->session.read_ahead(file, block);
-  });
-}
-
-void Reader::end_prefetch() const noexcept { state_->session.end_prefetch(); }
-
 std::vector<std::array<std::uint32_t, 3>> Reader::patch_indices(int level) const {
   const int refinements = relative_to_base(level, state_->base_level).refinements;
   constexpr int kMost = 15;  // the list has 12 GiB; after one refinement more it would have 48 GiB
@@ -366,26 +218,6 @@ std::vector<std::array<std::uint32_t, 3>> Reader::patch_indices(int level) const
   return triangles;
 }
 
-std::vector<std::uint64_t> Reader::block_starts(std::string_view attribute, int level) const {
-  const State::Attribute& of = state_->attributes[number_of(attribute)];
-  state_->check_level(of, level);
-  if (level == state_->base_level) return {0};
-  const LevelGeometry& geometry =
-      of.levels[static_cast<std::size_t>(relative_to_base(level, state_->base_level).refinements -
-                                         1)]
-          ->geometry;
-  std::vector<std::uint64_t> starts(geometry.block_count());
-  for (std::uint64_t block = 0; block < starts.size(); ++block)
-    starts[block] = geometry.block_offset(block) / of.schema.record_bytes();
-  return starts;
-}
-
-std::uint64_t Reader::vertex_count(int level) const {
-  const BaseMesh& base = state_->store->base;
-  if (level == state_->base_level) return base.vertex_count();
-  return base.geometry(relative_to_base(level, state_->base_level), 1, 1).total_bytes();
-}
-
 std::size_t Reader::number_of(std::string_view attribute) const {
   return state_->number_of(attribute);
 }
@@ -397,41 +229,6 @@ std::size_t Reader::record_bytes(std::size_t number) const noexcept {
 std::size_t Reader::number_of(std::string_view attribute, ComponentType type,
                               std::uint32_t components) const {
   return state_->number_of(attribute, type, components);
-}
-
-void Reader::check_range(std::size_t number, int level, std::uint64_t first,
-                         std::uint64_t count) const {
-  state_->check_usable();
-  state_->check_level(state_->attributes[number], level);
-  state_->check_finished(state_->attributes[number], level);
-  const std::uint64_t there = vertex_count(level);
-  if (first > there || count > there - first)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("read level {} of '{}': expected vertices below {}, found {} from {}",
-                            level, state_->attributes[number].schema.name, there, count, first));
-}
-
-std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, std::uint64_t first,
-                                                 std::uint64_t count, PinnedBlock& pinned) const {
-  const State::Attribute& attribute = state_->attributes[number];
-  const std::size_t record_bytes = attribute.schema.record_bytes();
-  if (level == state_->base_level)
-    return attribute.base_bytes.subspan(first * record_bytes, count * record_bytes);
-  const LevelFile& file = *attribute.levels[static_cast<std::size_t>(
-      relative_to_base(level, state_->base_level).refinements - 1)];
-  const LevelGeometry& geometry = file.geometry;
-  const std::uint64_t offset = first * record_bytes;
-  const std::uint64_t block = geometry.block_at(offset);
-  // A backend that reads past the page cache would wait for each block on its own otherwise. The
-  // first pin waits while the next blocks are read, so they begin before it.
-  const std::uint64_t last = geometry.block_at(offset + count * record_bytes - 1);
-  const std::uint64_t end = std::min(last, block + (kRunsAhead << file.run_log2)) + 1;
-  for (std::uint64_t next = block + 1; next < end; ++next)
-    if (!state_->session.read_ahead(file, next, end - next)) break;
-  pinned = state_->session.pin(file, block);
-  const std::uint64_t begin = offset - geometry.block_offset(block);
-  return std::span<const std::byte>(pinned.bytes())
-      .subspan(begin, std::min(geometry.block_bytes(block) - begin, count * record_bytes));
 }
 
 std::uint64_t Reader::view_count() const noexcept { return state_->store->view_count; }

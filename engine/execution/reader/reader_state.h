@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <boost/container/small_vector.hpp>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include "base/contention.h"
 #include "execution/reader/bounds_tree.h"
 #include "execution/reader/face_bounds.h"
+#include "plait/extend/base_relative_level.h"
 #include "plait/reader.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
@@ -94,6 +96,28 @@ struct Reader::Counted {
 
   const std::shared_ptr<const State> state;
   std::array<std::shared_ptr<const State>, kThreadParts> handles;
+};
+
+/// The pins of a view, and where its records are.
+struct PatchView::Content {
+  Content(std::shared_ptr<const Reader::State> of, FaceId of_face, int of_level)
+      : state(std::move(of)), face(of_face), level(of_level), slots(state->attributes.size()) {
+    ++state->store->view_count;
+  }
+  ~Content() {
+    PinnedBlock::release_all({pins.data(), pins.size()});
+    --state->store->view_count;
+  }
+  Content(const Content&) = delete;
+  Content& operator=(const Content&) = delete;
+
+  int refinements() const { return relative_to_base(level, state->base_level).refinements; }
+
+  std::shared_ptr<const Reader::State> state;  ///< outlives the pins
+  FaceId face;
+  int level;
+  std::vector<FaceSlots> slots;  ///< [attribute of the reader]
+  boost::container::small_vector<PinnedBlock, 16> pins;
 };
 
 PLAIT_END_NAMESPACE

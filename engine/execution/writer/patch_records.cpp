@@ -31,4 +31,14 @@ void copy_inside(const PatchRecords& patch, int from, const std::array<bool, 3>&
   if (!copied) copy_any(patch, from, with_edge, slots);
 }
 
+void copy_own_corners(const PatchRecords& patch, const Topology& mesh, FaceId face,
+                      const FaceSlots& slots) {
+  for (int corner = 0; corner < 3; ++corner) {
+    const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(corner)];
+    if (mesh.vertex_corners[vertex].face() != face) continue;
+    const FaceIndex at = corner_point(face, patch.level, corner);
+    std::memcpy(slots.find(patch.level, at.i, at.j), patch.at(at.i, at.j), patch.record_bytes);
+  }
+}
+
 PLAIT_END_NAMESPACE

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "plait/detail/face_slots.h"
+#include "plait/extend/topology.h"
 #include "plait/reader.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -35,6 +36,10 @@ struct PatchRecords {
 /// this side too.
 void copy_inside(const PatchRecords& patch, int from, const std::array<bool, 3>& with_edge,
                  const FaceSlots& slots);
+
+/// Copies the corners that the face owns.
+void copy_own_corners(const PatchRecords& patch, const Topology& mesh, FaceId face,
+                      const FaceSlots& slots);
 
 /// Calls visit(i, j) for the vertices on a side of the grid that refinement `born` creates.
 template <class Visit>

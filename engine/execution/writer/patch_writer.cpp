@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <condition_variable>
-#include <cstring>
 #include <limits>
 #include <mutex>
 #include <utility>
 
 #include "base/contention.h"
 #include "execution/writer/patch_records.h"
-#include "execution/writer/record_text.h"
+#include "execution/writer/shared_vertices.h"
 #include "execution/writer/written_attribute.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
@@ -50,20 +49,11 @@ struct PatchWriter::State {
   bool make_room(std::uint64_t needed_bytes, std::uint64_t most_bytes);
   void end(WrittenAttribute& attribute, const FilledBlocks& blocks) noexcept;
 
-  void copy_corners(const PatchRecords& patch, FaceId face, const FaceSlots& slots) const;
-  void compare_shared(const WrittenAttribute& attribute, const PatchRecords& patch, FaceId face,
-                      int from, const FaceSlots& slots) const;
-  void copy_shared(const PatchRecords& patch, FaceId face, int from, const FaceSlots& slots,
-                   std::vector<bool>& vertices) const;
-  [[noreturn]] void refuse_other(const WrittenAttribute& attribute, const PatchRecords& patch,
-                                 FaceId face, FaceId other, std::int64_t i, std::int64_t j,
-                                 const std::byte* found) const;
-
   std::optional<StorePass> under_way;  ///< keeps the store's files and memory
   UnfinishedLevels unfinished;
   Topology mesh;
   int base_level;
-  bool compare;
+  bool compares;
   bool finished = false;
   std::uint64_t share_bytes;
   Session session;  ///< not open after finish()
@@ -73,12 +63,11 @@ struct PatchWriter::State {
   std::condition_variable call_ended;
   std::uint64_t calls = 0;  ///< that fill blocks now
   std::vector<WrittenAttribute> attributes;
-  /// [attribute][base vertex] whether a patch has written it; empty unless `compare`.
-  std::vector<std::vector<bool>> vertices;
+  std::vector<SharedVertices> shared;  ///< [attribute] empty unless `compares`
 };
 
 PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
-    : mesh(store.base().topology()), base_level(store.base_level()), compare(options.compare) {
+    : mesh(store.base().topology()), base_level(store.base_level()), compares(options.compare) {
   const std::string_view verb = "write patches of";
   { const StorePass allowed(store, verb); }
   std::vector<AttributeId> ids;
@@ -116,8 +105,7 @@ PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
   // unfinished.
   for (std::size_t at = 0; at < ids.size(); ++at) {
     attributes.emplace_back(store, ids[at], ranges[at].first, ranges[at].second);
-    if (compare)
-      vertices.emplace_back(attributes.back().first() == 0 ? mesh.vertex_corners.size() : 0);
+    if (compares) shared.emplace_back(attributes.back(), mesh, base_level);
   }
   for (const AttributeId id : ids) forget_how_made(store, id);
 
@@ -230,84 +218,6 @@ void PatchWriter::State::end(WrittenAttribute& attribute, const FilledBlocks& bl
   call_ended.notify_all();
 }
 
-/// The corners that the face owns.
-void PatchWriter::State::copy_corners(const PatchRecords& patch, FaceId face,
-                                      const FaceSlots& slots) const {
-  for (int corner = 0; corner < 3; ++corner) {
-    const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(corner)];
-    if (mesh.vertex_corners[vertex].face() != face) continue;
-    const FaceIndex at = corner_point(face, patch.level, corner);
-    std::memcpy(slots.find(patch.level, at.i, at.j), patch.at(at.i, at.j), patch.record_bytes);
-  }
-}
-
-/// Compares the vertices that other patches have written.
-void PatchWriter::State::compare_shared(const WrittenAttribute& attribute,
-                                        const PatchRecords& patch, FaceId face, int from,
-                                        const FaceSlots& slots) const {
-  const auto compare_at = [&](FaceId other, std::int64_t i, std::int64_t j) {
-    const std::byte* const found = slots.find(patch.level, i, j);
-    if (std::memcmp(found, patch.at(i, j), patch.record_bytes) != 0)
-      refuse_other(attribute, patch, face, other, i, j, found);
-  };
-  const std::vector<bool>& of_vertices =
-      vertices[static_cast<std::size_t>(&attribute - attributes.data())];
-  for (int corner = 0; from == 0 && corner < 3; ++corner)
-    if (of_vertices[mesh.faces[face][static_cast<std::size_t>(corner)]]) {
-      const FaceIndex at = corner_point(face, patch.level, corner);
-      compare_at(kNoId, at.i, at.j);
-    }
-  for (int born = std::max(from, 1); born <= patch.level; ++born)
-    for (int side = 0; side < 3; ++side) {
-      const FaceSide across = mesh.across(FaceSide(face, side));
-      if (across.exists() && attribute.is_written(across.face(), born))
-        for_each_on_side(patch, side, born,
-                         [&](std::int64_t i, std::int64_t j) { compare_at(across.face(), i, j); });
-    }
-}
-
-void PatchWriter::State::copy_shared(const PatchRecords& patch, FaceId face, int from,
-                                     const FaceSlots& slots, std::vector<bool>& of_vertices) const {
-  const auto copy = [&](std::int64_t i, std::int64_t j) {
-    std::memcpy(slots.find(patch.level, i, j), patch.at(i, j), patch.record_bytes);
-  };
-  for (int corner = 0; from == 0 && corner < 3; ++corner) {
-    const FaceIndex at = corner_point(face, patch.level, corner);
-    copy(at.i, at.j);
-    of_vertices[mesh.faces[face][static_cast<std::size_t>(corner)]] = true;
-  }
-  for (int born = std::max(from, 1); born <= patch.level; ++born)
-    for (int side = 0; side < 3; ++side) for_each_on_side(patch, side, born, copy);
-}
-
-void PatchWriter::State::refuse_other(const WrittenAttribute& attribute, const PatchRecords& patch,
-                                      FaceId face, FaceId other, std::int64_t i, std::int64_t j,
-                                      const std::byte* found) const {
-  if (other == kNoId) {  // a corner: one of the faces around it
-    const auto is_other = [&](FaceId each) {
-      return each != face && attribute.is_written(each, 0);
-    };
-    const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(corner_of(i, j))];
-    const FaceSide first = mesh.vertex_corners[vertex];
-    FaceSide at = first;
-    while (at.exists() && !is_other(at.face())) {
-      at = mesh.next_corner(at);
-      if (at == first) break;
-    }
-    other = at.exists() && is_other(at.face()) ? at.face() : face;
-  }
-  const AttributeSchema& schema = attribute.schema();
-  const auto text = [&](const std::byte* record) {
-    return record_text(schema, {record, patch.record_bytes});
-  };
-  throw Error(
-      ErrorCode::kInvalidArgument,
-      fmt::format("write face {} of '{}' at level {}: the record at ({}, {}) is {}, and face "
-                  "{} has written {} there",
-                  face, schema.name, number(patch.level), i, j, text(patch.at(i, j)), other,
-                  text(found)));
-}
-
 PatchWriter::PatchWriter(Store& store, const PatchWriterOptions& options) {
   with_memory_errors("write patches", [&] { state_ = std::make_unique<State>(store, options); });
 }
@@ -331,19 +241,16 @@ void PatchWriter::write(const Target& target, FaceId face, Levels levels, int le
   lock.unlock();
   const FaceSlots slots = attribute.slots(face, from, to);
   std::array<bool, 3> with_edge{};
-  for (int side = 0; side < 3 && !state.compare; ++side)
+  for (int side = 0; side < 3 && !state.compares; ++side)
     with_edge[static_cast<std::size_t>(side)] = state.mesh.is_own(face, side);
   copy_inside(patch, std::max(from, 1), with_edge, slots);
-  if (from == 0 && !state.compare) state.copy_corners(patch, face, slots);
+  if (from == 0 && !state.compares) copy_own_corners(patch, state.mesh, face, slots);
 
   lock = lock_soon(state.mutex);
   try {
-    if (state.compare) {
-      state.compare_shared(attribute, patch, face, from, slots);
-      state.copy_shared(
-          patch, face, from, slots,
-          state.vertices[static_cast<std::size_t>(&attribute - state.attributes.data())]);
-    }
+    if (state.compares)
+      state.shared[static_cast<std::size_t>(&attribute - state.attributes.data())].write(
+          patch, face, from, slots);
   } catch (...) {
     state.end(attribute, blocks);
     throw;
