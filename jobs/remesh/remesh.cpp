@@ -4,21 +4,16 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <optional>
 #include <utility>
 
 #include "base/stopwatch.h"
 #include "export/crease_normals.h"
-#include "import/fine_mesh.h"
 #include "job_rules.h"
-#include "mesh/narrowing.h"
-#include "mesh/weld.h"
 #include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/extend/attributed_mesh.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
 #include "plait/extend/store_access.h"
@@ -30,22 +25,17 @@
 #include "remesh/base_samples.h"
 #include "remesh/choose_depths.h"
 #include "remesh/distance_search.h"
+#include "remesh/measured_store.h"
+#include "remesh/read_scan.h"
 #include "remesh/sampled_surface.h"
-#include "remesh/scan_attributes.h"
-#include "remesh/scan_face_attributes.h"
 #include "remesh/scan_progress.h"
 #include "store/new_output.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::uint64_t kBytesPerScanFace = 200;
-constexpr std::uint64_t kBytesPerSmallFace = 140;
-constexpr std::uint64_t kBytesPerFaceOfAllLevels = 60;  ///< of a store in memory
-constexpr std::uint64_t kFacesPerVertex = 2;
-constexpr int kFarEdges = 3;  ///< of the mean length: a part of the scan farther away is a warning
 const Provenance kProvenance = {.layout = "hilbert"};
-constexpr std::string_view kTurned = "turned", kDistance = "distance", kRemeshRms = "remesh-rms";
+constexpr std::string_view kRemeshRms = "remesh-rms";
 /// relax() numbers the corners of small faces in 32 bits.
 constexpr std::uint64_t kMostSmallFaces = (std::uint64_t{1} << 32) / 3;
 
@@ -57,27 +47,6 @@ constexpr WorkPart kFillingMemory = {700, 720}, kChoosingDepths = {720, 900},
 /// Of a trial of search().
 constexpr WorkPart kTrialSampling = {0, 800}, kTrialStore = {800, 900}, kTrialScan = {900, 1000};
 
-/// How many levels the small faces are finer than those of the scan.
-int levels_finer_than(std::uint64_t scan_faces, const RemeshRequest& request) {
-  if (request.max_distance) return 1;  // DistanceSearch::levels()
-  int levels = 0;
-  for (std::uint64_t faces = request.faces << (2 * request.levels); faces > scan_faces; faces /= 4)
-    ++levels;
-  return levels;
-}
-
-/// The store has attributes of its own.
-void leave_out_own_names(std::vector<MeshAttribute>& attributes, bool distances,
-                         std::vector<std::string>& warnings) {
-  std::erase_if(attributes, [&](const MeshAttribute& attribute) {
-    const std::string& name = attribute.schema.name;
-    if (name != kTurned && !(distances && name == kDistance)) return false;
-    warnings.push_back(
-        fmt::format("attribute '{}' of the scan left out: the store has its own", name));
-    return true;
-  });
-}
-
 class ScanRun {
  public:
   ScanRun(const RemeshRequest& request, const BackendRegistry& backends, const JobWatch& watch)
@@ -85,12 +54,15 @@ class ScanRun {
 
   RemeshReport run() {
     check_request();
-    read_scan();
-    scan_tree_.emplace(scan_.positions, scan_.faces, [this] { progress_.begin("repair", 0); });
+    scan_ = read_scan(request_, progress_, watch_, report_);
+    scan_tree_.emplace(scan_.surface.positions, scan_.surface.faces,
+                       [this] { progress_.begin("repair", 0); });
+    store_.emplace(request_, scan_.surface, *scan_tree_, progress_, watch_, report_);
     if (request_.max_distance)
       search();
     else
-      sampled_ = make_base_samples(request_, scan_, *scan_tree_, kSampling, progress_, report_);
+      sampled_ =
+          make_base_samples(request_, scan_.surface, *scan_tree_, kSampling, progress_, report_);
     report_.faces_asked = request_.faces;
     report_.levels = request_.levels;
     if (watch_.warn && report_.faces_for_creases > 0)
@@ -100,75 +72,56 @@ class ScanRun {
           "none if none shall be kept",
           request_.scan.native(), report_.faces_for_creases, report_.faces_for_creases));
     if (!request_.max_distance && (request_.distances || request_.report_samples > 0))
-      set_triangles(small_triangles(sampled_.surface), kSampling.last);
+      store_->set_triangles(small_triangles(sampled_.surface), kSampling.last);
     if (request_.distances) {
       progress_.begin("distances", kSampling.last);
-      sampled_.surface.distances = distances_at_samples(scan_, triangles_->mesh, triangles_->tree);
+      sampled_.surface.distances =
+          distances_at_samples(scan_.surface, store_->mesh(), store_->tree());
     }
     if (request_.report_samples > 0 && !request_.max_distance) {
-      measure(kMeasuringStore, kMeasuringScan, kFarEdges * report_.mean_edge);
-      if (watch_.warn && report_.to_store.far_share > 0) watch_.warn(far_text());
+      store_->measure(kMeasuringStore, kMeasuringScan,
+                      MeasuredStore::kFarEdges * report_.mean_edge);
+      store_->warn_of_far_places();
     }
-    if (request_.report_samples > 0) count_crossings();
-    triangles_.reset();
+    if (request_.report_samples > 0)  // depths come afterwards
+      store_->count_crossings(request_.max_distance ? kSampling.last : kMeasuringScan.last);
+    store_->forget_triangles();
     if (report_.max_distance > 0 && request_.own_depths.value_or(true)) give_depths();
-    if (!of_scan_faces_.empty())
-      of_base_faces_ = of_scan_faces_.of_base_faces(scan_, *scan_tree_, sampled_.surface, [&] {
-        progress_.begin("face attributes", all_levels_ ? kCopyingLevels.first : kWriting.first);
-      });
+    if (!scan_.of_faces.empty())
+      of_base_faces_ =
+          scan_.of_faces.of_base_faces(scan_.surface, *scan_tree_, sampled_.surface, [&] {
+            progress_.begin("face attributes", all_levels_ ? kCopyingLevels.first : kWriting.first);
+          });
     make_store();
     return std::move(report_);
   }
 
  private:
   void check_request() const;
-  void check_memory(std::uint64_t scan_faces) const;
   void warn_of_fewer(std::string_view step, const Store& store, int threads) const {
     warn_of_fewer_threads(step, threads, request_.threads, store.options().budget_bytes,
                           watch_.warn);
   }
   void check_counts() const;
-  void read_scan();
   void search();
   [[noreturn]] void refuse_distance(double found) const;
   void make_store();
   void write_store(const std::filesystem::path& path);
   void fill(Store& store, WorkPart writing, WorkPart writing_attributes);
   void give_depths();
-  void set_triangles(IndexedMesh mesh, std::uint64_t thousandths);
-  /// Of the present triangles.
-  void measure(WorkPart to_store, WorkPart to_scan, double far);
-  std::string far_text() const;
-  void count_crossings();
-  std::string crossings_remedy() const;
-  bool sheets_coincide(const Point& p) const;
-
-  /// Triangles of the store that are measured, and a tree that points into them.
-  struct MeasuredTriangles {
-    MeasuredTriangles(IndexedMesh triangles, const std::function<void()>& go_on)
-        : mesh(std::move(triangles)), tree(mesh.positions, mesh.faces, go_on) {}
-    MeasuredTriangles(const MeasuredTriangles&) = delete;
-    MeasuredTriangles& operator=(const MeasuredTriangles&) = delete;
-
-    const IndexedMesh mesh;
-    const TriangleTree tree;
-  };
 
   RemeshRequest request_;  ///< search() sets faces and levels
   const BackendRegistry& backends_;
   const JobWatch& watch_;
   ScanProgress progress_;
   RemeshReport report_;
-  Surface scan_;
+  ScanToSample scan_;
   std::optional<TriangleTree> scan_tree_;
-  ScanAttributes attributes_;
-  ScanFaceAttributes of_scan_faces_;
+  std::optional<MeasuredStore> store_;
   std::vector<BaseFaceAttribute> of_base_faces_;
   BaseSamples sampled_;
-  std::optional<MeasuredTriangles> triangles_;
   std::optional<Store> all_levels_;  ///< in memory, if the store has depths
   BaseMesh base_of_store_;           ///< with the depths
-  double farthest_vertex_ = 0;       ///< of the scan, if the store has depths
 };
 
 void ScanRun::check_request() const {
@@ -213,72 +166,6 @@ void ScanRun::check_counts() const {
                     kMostSmallFaces >> (2 * request_.levels), request_.levels, request_.faces));
 }
 
-void ScanRun::check_memory(std::uint64_t scan_faces) const {
-  const std::uint64_t base_faces = std::min(request_.faces, scan_faces);
-  const bool prunes = request_.max_distance && request_.own_depths.value_or(true);
-  const std::uint64_t needed = scan_faces * kBytesPerScanFace +
-                               (base_faces << (2 * request_.levels)) *
-                                   (kBytesPerSmallFace + (prunes ? kBytesPerFaceOfAllLevels : 0)) +
-                               request_.options.budget_bytes;
-  plait::check_memory(fmt::format("remesh {}: {} faces and {} small faces", request_.scan.native(),
-                                  scan_faces, base_faces << (2 * request_.levels)),
-                      needed, request_.ignore_size);
-}
-
-void ScanRun::read_scan() {
-  Stopwatch clock;
-  progress_.begin("read", 0);
-  check_memory(kFacesPerVertex * expected_vertices(request_.scan));
-  std::vector<std::string> warnings;
-  AttributedMesh mesh =
-      read_attributed_mesh(request_.scan, &warnings, NotFinite::kKeep, OfFaces::kKeep);
-  leave_out_own_names(mesh.attributes, request_.distances, warnings);
-  std::erase_if(mesh.face_attributes, [&](const MeshAttribute& attribute) {
-    if (attribute.schema.name != kCreaseSides) return false;
-    warnings.push_back(
-        fmt::format("property {} of the faces of the scan left out: it is what the store says of "
-                    "its own sharp edges",
-                    kCreaseSides));
-    return true;
-  });
-  if (request_.weld)
-    report_.merged_vertices = weld(mesh, *request_.weld, request_.scan.native(), warnings);
-  warn_of_values_not_finite(mesh, warnings);
-  report_.precision = precision_for(mesh.mesh, levels_finer_than(mesh.mesh.faces.size(), request_),
-                                    request_.precision, {}, request_.scan.native(), warnings);
-  report_.read_seconds = clock.lap();
-  check_memory(mesh.mesh.faces.size());
-  const auto go_on = [&] { progress_.begin("repair", 0); };
-  go_on();
-  Repaired repaired = repair(std::move(mesh.mesh), request_.repair, request_.scan.native());
-  go_on();
-  report_.mean_edge = mean_edge_of({repaired.surface.positions, repaired.surface.faces});
-  report_.lost_step = lost_step(repaired.surface.positions, report_.mean_edge);
-  if (report_.lost_step > 0)
-    warnings.push_back(fmt::format(
-        "{}: coordinates have steps of {:.3g}, {:.2g} mean edges, because their other digits were "
-        "lost before: write the scan as float64, or relative to a point near it",
-        request_.scan.native(), report_.lost_step, report_.lost_step / report_.mean_edge));
-  report_.seam_vertices = repaired.seam_vertices;
-  if (repaired.seam_vertices > 0)
-    warnings.push_back(fmt::format(
-        "{}: {}", request_.scan.native(),
-        report_.lost_step > 0 ? seam_text(repaired.seam_vertices, "the lost digits told them apart")
-                              : seam_text(repaired.seam_vertices)));
-  if (watch_.warn)
-    for (const std::string& warning : warnings) watch_.warn(warning);
-  go_on();
-  attributes_ = ScanAttributes(std::move(mesh.attributes), repaired);
-  of_scan_faces_ =
-      ScanFaceAttributes(std::move(mesh.face_attributes), std::move(repaired.face_origin));
-  scan_ = std::move(repaired.surface);
-  report_.repairs = repaired.list;
-  report_.scan = figures_of(scan_);
-  go_on();
-  report_.diagonal = diagonal_of({scan_.positions, scan_.faces});
-  report_.repair_seconds = clock.lap();
-}
-
 void ScanRun::make_store() {
   const Stopwatch clock;
   if (watch_.before_files) watch_.before_files();
@@ -307,8 +194,8 @@ void ScanRun::write_store(const std::filesystem::path& path) {
     copy_levels(*all_levels_, store, progress_.during(kCopyingLevels));
   else
     fill(store, kWriting, kWritingAttributes);
-  for (std::size_t at = 0; at < attributes_.count(); ++at)
-    report_.attributes.push_back(attributes_.schema(at));
+  for (std::size_t at = 0; at < scan_.attributes.count(); ++at)
+    report_.attributes.push_back(scan_.attributes.schema(at));
   if (!surface.crease_sides.empty()) {
     store.notes().add_face_attribute(schema_of<std::uint8_t>(std::string(kCreaseSides)));
     std::ranges::copy(surface.crease_sides,
@@ -343,7 +230,7 @@ void ScanRun::fill(Store& store, WorkPart writing, WorkPart writing_attributes) 
   const SampledSurface& surface = sampled_.surface;
   write_levels(surface, report_.precision, store, request_.threads, progress_.during(writing));
   const auto begins = [&](int threads) { warn_of_fewer("attributes", store, threads); };
-  write_attributes(attributes_, scan_, sampled_.samples, surface, store,
+  write_attributes(scan_.attributes, scan_.surface, sampled_.samples, surface, store,
                    {request_.threads, progress_.during(writing_attributes), begins});
 }
 
@@ -361,9 +248,9 @@ void ScanRun::give_depths() {
   base_of_store_ = choose_depths(
       *all_levels_, sampled_.surface, kChoosingDepths, progress_,
       [&](const IndexedMesh& drawn, WorkPart to_store, WorkPart to_scan) {
-        set_triangles(drawn, to_store.first);
-        measure(to_store, to_scan, report_.max_distance);
-        return std::max({report_.to_store.max, report_.to_scan.max, farthest_vertex_});
+        store_->set_triangles(drawn, to_store.first);
+        store_->measure(to_store, to_scan, report_.max_distance);
+        return std::max({report_.to_store.max, report_.to_scan.max, store_->farthest_vertex()});
       },
       report_);
 }
@@ -371,20 +258,20 @@ void ScanRun::give_depths() {
 void ScanRun::search() {
   const double limit = request_.max_distance->of(report_.diagonal);
   report_.max_distance = limit;
-  DistanceSearch search(scan_.faces.size(), request_.faces, request_.levels);
+  DistanceSearch search(scan_.surface.faces.size(), request_.faces, request_.levels);
   // How many trials it will be is not known. Each takes half of the work that is left.
   for (WorkPart left = kSampling;; left = left.nth(1, 2)) {
     const WorkPart now = left.nth(0, 2);
     request_.faces = search.faces();
     request_.levels = search.levels();
     check_counts();
-    check_memory(scan_.faces.size());
+    check_memory_for(request_, scan_.surface.faces.size());
     ++report_.trials;
     report_.base_meshes = 0;
-    sampled_ =
-        make_base_samples(request_, scan_, *scan_tree_, now.of(kTrialSampling), progress_, report_);
-    set_triangles(small_triangles(sampled_.surface), now.of(kTrialStore).first);
-    measure(now.of(kTrialStore), now.of(kTrialScan), limit);
+    sampled_ = make_base_samples(request_, scan_.surface, *scan_tree_, now.of(kTrialSampling),
+                                 progress_, report_);
+    store_->set_triangles(small_triangles(sampled_.surface), now.of(kTrialStore).first);
+    store_->measure(now.of(kTrialStore), now.of(kTrialScan), limit);
     const double found = std::max(report_.to_store.max, report_.to_scan.max);
     if (found <= limit) return;
     if (!search.next(found / limit)) refuse_distance(found);
@@ -405,97 +292,6 @@ void ScanRun::refuse_distance(double found) const {
                   request_.scan.native(), report_.max_distance, found, report_.trials,
                   report_.base.faces, report_.scan.faces, places,
                   report_.precision == ComponentType::kFloat32 ? " or --precision float64" : ""));
-}
-
-void ScanRun::set_triangles(IndexedMesh mesh, std::uint64_t thousandths) {
-  const Stopwatch clock;
-  triangles_.emplace(std::move(mesh), [&] { progress_.begin("distances", thousandths); });
-  report_.report_seconds += clock.seconds();
-}
-
-void ScanRun::measure(WorkPart to_store, WorkPart to_scan, double far) {
-  const Stopwatch clock;
-  const TriangleTree& store_tree = triangles_->tree;
-  const TriangleSet scan{scan_.positions, scan_.faces},
-      store{triangles_->mesh.positions, triangles_->mesh.faces};
-  report_.to_store = measure_distances(scan, store_tree, store,
-                                       {.samples = request_.report_samples,
-                                        .far = far,
-                                        .phase = "distance to the store",
-                                        .progress = progress_.during(to_store)});
-  if (all_levels_) farthest_vertex_ = farthest_vertex(scan_, store_tree);
-  report_.to_scan = measure_distances(store, *scan_tree_, scan,
-                                      {.samples = request_.report_samples,
-                                       .far = far,
-                                       .phase = "distance to the scan",
-                                       .progress = progress_.during(to_scan)});
-  report_.report_seconds += clock.seconds();
-}
-
-/// The parts of the scan that are far from the store, and what helps.
-std::string ScanRun::far_text() const {
-  const Distances& found = report_.to_store;
-  std::string text;
-  for (const FarPlace& place : found.far_places)
-    text += fmt::format("{} around ({:.6g}, {:.6g}, {:.6g}), up to {:.3g} % of the diagonal",
-                        text.empty() ? "" : ",", place.at.x, place.at.y, place.at.z,
-                        100 * place.distance / report_.diagonal);
-  return fmt::format(
-      "remesh {}: {:.2g} % of the scan is more than {} mean edges away from the store:{}: take "
-      "more "
-      "faces, as with --faces {}{}",
-      request_.scan.native(), 100 * found.far_share, kFarEdges, text, 4 * report_.base.faces,
-      request_.levels > 1
-          ? fmt::format(" --levels {}, which makes as many vertices", request_.levels - 1)
-          : std::string());
-}
-
-/// Sheets that are nearer to each other than the store is to the scan may pass through each other,
-/// and no distance shows it.
-void ScanRun::count_crossings() {
-  const Stopwatch clock;
-  // Depths come afterwards.
-  const auto go_on = [this] {
-    progress_.begin("crossings", request_.max_distance ? kSampling.last : kMeasuringScan.last);
-  };
-  const TriangleSet scan{scan_.positions, scan_.faces},
-      store{triangles_->mesh.positions, triangles_->mesh.faces};
-  report_.scan_crossings = find_crossings(scan, *scan_tree_, go_on);
-  report_.crossings = find_crossings(store, triangles_->tree, go_on);
-  report_.report_seconds += clock.seconds();
-  if (!watch_.warn) return;
-  if (report_.scan_crossings.examined < scan.faces.size() ||
-      report_.crossings.examined < store.faces.size())
-    watch_.warn(fmt::format(
-        "remesh {}: faces that pass through others were looked for among the first {} of {} faces "
-        "of the scan and {} of {} small faces alone: nearly all of them reach across others",
-        request_.scan.native(), report_.scan_crossings.examined, scan.faces.size(),
-        report_.crossings.examined, store.faces.size()));
-  if (report_.crossings.faces <= report_.scan_crossings.faces) return;
-  const Point at = report_.crossings.first;
-  watch_.warn(
-      fmt::format("remesh {}: {} small faces pass through others, and {} faces of the scan do, "
-                  "first around ({:.6g}, {:.6g}, {:.6g}): {}",
-                  request_.scan.native(), report_.crossings.faces, report_.scan_crossings.faces,
-                  at.x, at.y, at.z, crossings_remedy()));
-}
-
-std::string ScanRun::crossings_remedy() const {
-  if (report_.lost_step > 0)
-    return "faces of the scan are turned by its lost digits, and more faces do not help";
-  if (sheets_coincide(report_.crossings.first))
-    return "sheets of the scan lie on each other there, which more faces do not part: --weld makes "
-           "them one";
-  return fmt::format("take more faces where sheets are so near to each other, as with --faces {}",
-                     4 * report_.base.faces);
-}
-
-/// Whether other vertices of the scan are where those of the face nearest to `p` are.
-bool ScanRun::sheets_coincide(const Point& p) const {
-  const std::array<VertexId, 3>& face = scan_.faces[scan_tree_->closest(p).face];
-  return std::ranges::count_if(face, [&](VertexId corner) {
-           return std::ranges::count(scan_.positions, scan_.positions[corner]) > 1;
-         }) > 1;
 }
 
 }  // namespace

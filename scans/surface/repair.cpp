@@ -15,6 +15,7 @@
 #include "plait/error.h"
 #include "surface/edge_pairs.h"
 #include "surface/hole_fill.h"
+#include "surface/orient.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -44,7 +45,7 @@ class Repair {
     remove_bad_faces();
     remove_duplicates();
     pair_sides();
-    orient();
+    list_.turned_faces = orient_faces(faces_, across_, origin_, source_);
     if (split_vertices()) pair_sides();  // a slit of two edges closes
     if (options.min_component > 1) remove_small_components(options.min_component);
     if (options.fill_holes > 0) fill_holes(options.fill_holes);
@@ -69,7 +70,6 @@ class Repair {
     if (first_pairs_) list_.non_manifold_edges = shared;
     first_pairs_ = false;
   }
-  void orient();
   bool split_vertices();
   void remove_small_components(std::uint64_t least);
   void fill_holes(std::uint64_t most_edges);
@@ -160,61 +160,6 @@ void Repair::remove_duplicates() {
   for (std::size_t face = 0; face < faces_.size(); ++face)
     if (stays[face]) move_face(face, kept++);
   resize_faces(kept);
-}
-
-void Repair::orient() {
-  std::vector<std::uint8_t> turned(faces_.size(), 0), seen(faces_.size(), 0);
-  std::vector<FaceId> component;
-  for (FaceId first = 0; first < face_count(); ++first) {
-    if (seen[first] != 0) continue;
-    component.assign(1, first);
-    seen[first] = 1;
-    std::size_t turned_count = 0;
-    for (std::size_t at = 0; at < component.size(); ++at) {
-      if (is_turn_to_poll(at)) poll_interruption();
-      const FaceId face = component[at];
-      for (int side = 0; side < 3; ++side) {
-        const FaceSide beyond = across(face, side);
-        if (!beyond.exists()) continue;
-        // Two faces agree if they run through their edge in opposite directions.
-        const bool agrees = corner(face, side + 1) == corner(beyond.face(), beyond.side() + 2);
-        const auto expected = static_cast<std::uint8_t>(agrees ? turned[face] : 1 - turned[face]);
-        if (seen[beyond.face()] != 0) {
-          if (turned[beyond.face()] == expected) continue;
-          throw Error(
-              ErrorCode::kInvalidArgument,
-              fmt::format("{}: the edge of the vertices {} and {}: expected a surface with two "
-                          "sides, found a component that cannot be oriented",
-                          source_, origin_[corner(face, side + 1)],
-                          origin_[corner(face, side + 2)]));
-        }
-        seen[beyond.face()] = 1;
-        turned[beyond.face()] = expected;
-        turned_count += expected;
-        component.push_back(beyond.face());
-      }
-    }
-    const bool turn_others = 2 * turned_count > component.size();
-    for (const FaceId face : component) {
-      if ((turned[face] != 0) == turn_others) continue;
-      ++list_.turned_faces;
-      turned[face] = 2;
-    }
-  }
-  if (list_.turned_faces == 0) return;
-  for (FaceId face = 0; face < face_count(); ++face)
-    if (turned[face] == 2) std::swap(faces_[face][1], faces_[face][2]);
-  // The corners 1 and 2 have changed places, and so have the sides opposite of them.
-  const std::vector<FaceSide> before = across_;
-  const auto now = [&](FaceSide side) {
-    if (!side.exists() || turned[side.face()] != 2 || side.side() == 0) return side;
-    return FaceSide(side.face(), 3 - side.side());
-  };
-  for (std::size_t code = 0; code < before.size(); ++code) {
-    FaceSide side;
-    side.code = static_cast<std::uint32_t>(code);
-    across_[now(side).code] = now(before[code]);
-  }
 }
 
 bool Repair::split_vertices() {
@@ -367,15 +312,6 @@ std::uint64_t Repair::seam_vertices() const {
   return coinciding_vertices(positions_, on_border);
 }
 
-bool has_fold(const Surface& surface, FaceSide side) {
-  const FaceSide beyond = surface.across[side.code];
-  if (!beyond.exists()) return false;
-  const auto normal_of = [&](FaceId face) {
-    return area_vector(surface.corner(face, 0), surface.corner(face, 1), surface.corner(face, 2));
-  };
-  return is_folded(normal_of(side.face()), normal_of(beyond.face()));
-}
-
 }  // namespace
 
 bool RepairList::is_clean() const {
@@ -387,27 +323,6 @@ bool RepairList::is_clean() const {
 
 Repaired repair(IndexedMesh mesh, const SurfaceRepairOptions& options, std::string_view source) {
   return Repair(std::move(mesh), source).run(options);
-}
-
-SurfaceFigures figures_of(const Surface& surface) {
-  SurfaceFigures figures;
-  figures.vertices = surface.positions.size();
-  figures.faces = surface.faces.size();
-  for (const FaceSide beyond : surface.across) figures.border_edges += beyond.exists() ? 0u : 1u;
-  figures.edges = (3 * figures.faces + figures.border_edges) / 2;
-  std::vector<std::uint32_t> component;
-  figures.components = face_components(surface.faces.size(), surface.across, component).size();
-  for_each_border(surface.faces.size(), surface.across,
-                  [&](const std::vector<FaceSide>&) { ++figures.borders; });
-  figures.euler_number = static_cast<std::int64_t>(figures.vertices + figures.faces) -
-                         static_cast<std::int64_t>(figures.edges);
-  for (FaceId face = 0; face < surface.faces.size(); ++face)
-    for (int at = 0; at < 3; ++at) {
-      if (is_turn_to_poll(face)) poll_interruption();
-      if (const FaceSide side(face, at); side.code < surface.across[side.code].code)
-        figures.folded_edges += has_fold(surface, side) ? 1u : 0u;
-    }
-  return figures;
 }
 
 PLAIT_END_NAMESPACE
