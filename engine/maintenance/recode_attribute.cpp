@@ -53,6 +53,7 @@ void drop_from_memory(Store& store, AttributeId attribute) {
 
 void recode_attribute(Store& store, AttributeId attribute, const LevelPipelines& pipelines,
                       const RecodeOptions& options) try {
+  StoreAccess::check_changeable(store, "encode levels of");
   check_not_needed(StoreAccess::state(store), attribute_of(StoreAccess::state(store), attribute));
   const std::uint64_t level_bytes = bytes_of_levels(store, attribute);
   std::uint64_t done_bytes = 0;

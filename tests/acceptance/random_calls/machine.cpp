@@ -78,6 +78,7 @@ void Machine::run(const Call& call) {
   if (name == "base") write_base(a, b);
   if (name == "face") face(a, b, c);
   if (name == "text") text(a, b);
+  if (name == "walk") walk(a, b, c);
   if (name == "digest") compare_digest();
   if (name == "verify") check_blocks();
   if (name == "recode") recode(a, b);

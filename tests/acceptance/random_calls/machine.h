@@ -114,6 +114,10 @@ class Machine {
   void reader();
   void view(std::uint32_t a, std::uint32_t b, std::uint32_t c);
   void release(std::uint32_t a);
+  /// A walk over patches: while it has a patch pinned, the store refuses to take what is pinned,
+  /// and other calls move nothing.
+  void walk(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+  void call_beside_pins(AttributeId pinned, std::uint32_t which);
   void compare_digest();
   void check_blocks();
 

@@ -47,8 +47,8 @@ TEST_CASE("RandomCalls_OnAnyStore_GiveWhatTheModelSaysOrAnError") {
     CAPTURE(name, counts.done, counts.refused);
     CHECK(counts.done + counts.refused > 0);
   }
-  for (const char* name :
-       {"add", "sweep", "visit", "writer", "subdivide", "commit", "roll_back", "open", "view"}) {
+  for (const char* name : {"add", "sweep", "visit", "writer", "subdivide", "commit", "roll_back",
+                           "open", "view", "walk"}) {
     CAPTURE(name);
     CHECK(outcomes.of(name).done > unless_sanitized(10u, 1u));
   }

@@ -21,7 +21,7 @@ constexpr std::array kNames = {"add",    "level",     "remove",    "replace", "s
                                "close",  "drop",      "open",      "open",    "guest",  "leave",
                                "reader", "view",      "release",   "base",    "face",   "text",
                                "digest", "verify",    "recode",    "busy",    "gone",   "visit",
-                               "visit",  "writer",    "writer"};
+                               "visit",  "writer",    "writer",    "walk",    "walk"};
 
 }  // namespace
 

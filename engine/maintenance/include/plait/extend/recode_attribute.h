@@ -22,10 +22,11 @@ struct RecodeOptions {
 
 /// Copies all levels of the attribute, coarser ones first, to new files with these pipelines
 /// (plait/extend/pipeline.h), and removes the old levels with the next commit. Until the
-/// commit, both take disk space. After an error the attribute is as before. Errors: as
-/// Store::set_pipeline(); as copy_attribute(); kCancelled; kBadState if other levels were encoded
-/// from those of the attribute; those of Rounder, and of reading and writing blocks; kCorruption
-/// from `verify`.
+/// commit, both take disk space. After an error the attribute is as before. Errors: before any work
+/// those of Store::remove_attribute(), also kBadState while a walk over patches has blocks pinned;
+/// as Store::set_pipeline(); as copy_attribute(); kCancelled; kBadState if other levels were
+/// encoded from those of the attribute; those of Rounder, and of reading and writing blocks;
+/// kCorruption from `verify`.
 void recode_attribute(Store& store, AttributeId attribute, const LevelPipelines& pipelines,
                       const RecodeOptions& options = {});
 
