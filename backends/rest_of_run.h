@@ -32,7 +32,7 @@ class RestOfRun {
     return bytes;
   }
 
-  /// REQUIRES: the rest has so many bytes.
+  /// REQUIRES: the rest has at least `bytes`.
   void move_on(std::uint64_t bytes) noexcept {
     offset_ += bytes;
     for (; bytes > 0; ++first_) {

@@ -50,9 +50,9 @@ double spacing_below_power_above(double largest, int digits) {
   return std::ldexp(1.0, exponent - digits);
 }
 
-/// Half a step and half a spacing are within the bound of a component. Where spacings are so large
-/// that this would make the step small, most numbers are rounded all the same: those of which it is
-/// too much keep their bits.
+/// Half a step and half a spacing are within the bound of a component. If floats are spaced more
+/// widely than the bound allows, the step does not become small for them: numbers that rounding
+/// would move too far keep their bits.
 double step_for(double bound, double spacing) {
   constexpr double kForRoundingOfTheseLines = 1 - 0x1p-20;
   return (2 * bound - std::min(spacing, bound / 2)) * kForRoundingOfTheseLines;

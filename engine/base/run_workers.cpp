@@ -35,7 +35,8 @@ void run_workers(const ParallelFor& parallel_for, int count, std::string_view na
     } catch (...) {
       shared.stop();
       const std::scoped_lock lock(failing);
-      // One thread gets the error of a failed write. Another one may be refused a moment earlier.
+      // The first error that is no mere refusal stays: a refusal follows from the failed write of
+      // another thread.
       if (failure && is_refusal(failure)) failure = nullptr;
       keep_first(failure);
     }

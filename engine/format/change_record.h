@@ -16,7 +16,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// The most records between a version that has a file of its own and the newest one: opening reads
 /// them all.
 inline constexpr std::uint64_t kMostChangeRecords = 256;
-/// Base records are compared and written in pieces of so many bytes.
+/// The size of the pieces in which base records are compared and written.
 inline constexpr std::uint64_t kPieceBytes = 4096;
 /// Blocks, pieces and records begin at multiples of it.
 inline constexpr std::uint64_t kLogAlignment = 4096;

@@ -1,14 +1,5 @@
 // Where the blocks of a level are in a new version. A fold moves blocks, so that the log is not
-// much larger than what counts of it:
-//
-//  the level has a new generation      all blocks are copied to it
-//  the log has half of the levels' bytes, and a new one has begun:
-//    nobody reads an older version     blocks that the newest version has in the former log are
-//                                      copied to their places in the level's file; those that were
-//                                      written since, to the new log
-//    else, of the level's blocks,
-//      a quarter is in the logs        they make a new generation, to which all are copied
-//      fewer are                       those in the former log are copied to the new one
+// much larger than what counts of it: the table of docs/durability.md says which and where to.
 //
 // No byte is overwritten that the newest version or a reader's version names, so neither a crash
 // nor a reader finds anything changed. While the newest version has a block in the log, the block's

@@ -11,7 +11,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// A log of a tiny store may have so many bytes: each new log is a version with files of its own.
+/// The log of a tiny store may grow to this size: each new log is a version with files of its own.
 constexpr std::uint64_t kLeastLogBytes = 128u << 10;
 
 bool has_block_in_log(const BlockTable& table) {

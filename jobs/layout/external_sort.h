@@ -77,11 +77,11 @@ class LoserTree {
 /// Of one sort: `bytes` while records are pushed, and again while they are read.
 struct SortMemory {
   std::uint64_t bytes = 0;
-  /// What is read of a run at once, at least. So many runs are merged at once as fit.
+  /// What is read of a run at once, at least. As many runs are merged at once as fit.
   std::uint64_t read_bytes = std::uint64_t{256} << 10;
 };
 
-/// The most disk that a sort of so many records takes at a time. One that merges in more than one
+/// The most disk that a sort of `records` takes at a time. One that merges in more than one
 /// pass may have all of them twice.
 inline std::uint64_t disk_of_sort(std::uint64_t records, std::size_t record_bytes,
                                   SortMemory memory) {

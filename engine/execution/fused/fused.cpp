@@ -29,7 +29,7 @@ class FusedRun {
            int threads)
       : pass_(pass),
         delivery_(store, pass, mesh, blocks),
-        faces_(mesh.mesh, mesh.edges, FusedSchedule::run_faces(fused_levels(store, pass)), threads),
+        faces_(mesh.mesh, mesh.edges, FusedSchedule::run_faces(level_count(store, pass)), threads),
         schedule_(faces_, threads) {}
 
   std::uint64_t face_count() const { return faces_.all().size(); }
@@ -64,7 +64,7 @@ class FusedRun {
 void check_pass(const Store& store, const FusedPass& pass) {
   if (pass.outputs.empty())
     throw Error(ErrorCode::kInvalidArgument, fmt::format("fused '{}': no outputs", pass.name));
-  const int levels = fused_levels(store, pass);
+  const int levels = level_count(store, pass);
   if (levels > kMostFusedLevels)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("fused '{}': {} levels over the store's base mesh, expected at most "
@@ -121,7 +121,7 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
   for (const AttributeId id : pass.outputs)
     for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
       written.add(StoreAccess::level_file(store, id, level), Access::kOverwrite);
-  OpenBlocks blocks(store, pass.outputs, fused_levels(store, pass));
+  OpenBlocks blocks(store, pass.outputs, level_count(store, pass));
   // `done` and `share` are parts of all faces: those before these ones, and these ones.
   const auto refine = [&](const FusedMesh& mesh, double done, double share) {
     FusedRun run(store, pass, mesh, blocks, threads);
@@ -141,7 +141,7 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
   };
   if (StoreAccess::takes_pieces(store) && pass.begin_piece) {
     const std::size_t half_bytes =
-        HalfLayout::half_bytes(fused_record_bytes(store, pass), fused_levels(store, pass));
+        HalfLayout::half_bytes(fused_record_bytes(store, pass), level_count(store, pass));
     const auto edges = static_cast<EdgeId>(store.base().edge_count());
     // From the last to the first, as faces are taken, so that blocks at cuts wait for one piece.
     for (EdgeId after = edges; after > 0;) {

@@ -40,7 +40,7 @@ class FusedFaces {
 };
 
 /// The number of levels that a fused pass makes. The sizes of its buffers depend on this number.
-inline int fused_levels(const Store& store, const FusedPass& pass) {
+inline int level_count(const Store& store, const FusedPass& pass) {
   return relative_to_base(pass.finest_level, store.base_level()).refinements;
 }
 /// [output] the size of its records

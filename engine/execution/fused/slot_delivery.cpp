@@ -10,9 +10,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass, const FusedMesh& mesh,
                            OpenBlocks& blocks)
-    : level_count_(static_cast<std::size_t>(fused_levels(store, pass))),
+    : level_count_(static_cast<std::size_t>(level_count(store, pass))),
       mesh_(mesh),
-      layout_(store, pass.outputs, fused_levels(store, pass), pass.lattice),
+      layout_(store, pass.outputs, level_count(store, pass), pass.lattice),
       pool_(layout_.bytes()),
       blocks_(blocks),
       streaming_(blocks_.stays_in_memory()),
@@ -51,7 +51,7 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, const Scratch& scra
     turns[lane] = first_corner(mesh, faces[lane]);
     for (const EdgeId number : mesh.face_edges[faces[lane]]) {
       __builtin_prefetch(&mesh.edges[number]);
-      if (is_here(number)) __builtin_prefetch(&waiting_[number - mesh_.edges.first]);
+      if (is_mine(number)) __builtin_prefetch(&waiting_[number - mesh_.edges.first]);
     }
   }
   const bool one_by_one = faces.front() - faces.back() == faces.size() - 1;
@@ -81,7 +81,7 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, const Scratch& scra
       side.edge = mesh_.first_edge_here + (number - mesh_.edges.first);
       side.own = edge.own == here;
       side.border = edge.is_border();
-      side.is_here = is_here(number);
+      side.is_mine = is_mine(number);
       side.mate = in_group ? scratch.pieces_[row_of(beyond.side(), turns[mate])][mate] : nullptr;
     }
 }
@@ -95,7 +95,7 @@ auto SlotDelivery::assign_buffers(Sides& sides, std::size_t count, const Scratch
   for (std::size_t number = 0; number < 3; ++number)
     for (std::size_t lane = 0; lane < count; ++lane) {
       Side& side = sides[number][lane];
-      if (!side.is_here) continue;
+      if (!side.is_mine) continue;
       const HalfBuffer mine(scratch.pieces_[number][lane], HalfBuffer::kPiece);
       side.buffer = mine;
       // If the mate is in the group, no half waits.
@@ -143,7 +143,7 @@ void SlotDelivery::find_lanes(const Sides& sides, std::size_t count, Scratch& sc
     other.buffers.fill(nowhere);
     for (std::size_t lane = 0; lane < count; ++lane) {
       const Side& side = sides[number][lane];
-      const bool is_own = side.is_here & side.own, is_other = side.is_here & !side.own;
+      const bool is_own = side.is_mine & side.own, is_other = side.is_mine & !side.own;
       own.any |= is_own;
       other.any |= is_other;
       own.buffers[lane] = is_own ? side.buffer : nowhere;

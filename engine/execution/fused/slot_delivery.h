@@ -72,9 +72,9 @@ class SlotDelivery {
 
  private:
   struct Side {
-    EdgeId edge;  ///< as the store numbers it; undefined unless is_here
+    EdgeId edge;  ///< as the store numbers it; undefined unless is_mine
     bool own, border;
-    bool is_here = true;  ///< the store has the edge's slots
+    bool is_mine = true;  ///< the store has the edge's slots
     /// The piece of the other side of the same edge if that is in the same group, else nullptr.
     std::byte* mate = nullptr;
     HalfBuffer buffer;
@@ -105,7 +105,7 @@ class SlotDelivery {
   using HalvesOfGroup = std::array<std::byte*, 3 * kPatchLanes>;
 
   /// Whether the pass makes the slots of the edge with this number in mesh_.
-  bool is_here(EdgeId number) const {
+  bool is_mine(EdgeId number) const {
     return number >= mesh_.edges.first && number < mesh_.edges.after;
   }
   void find_sides(std::span<const FaceId> faces, const Scratch& scratch, Sides& sides) const;

@@ -36,8 +36,8 @@ void for_each_edge_in_reach(const Topology& mesh, EdgeId edge, Reach reach, Visi
 
 constexpr int kMostChunkEdgesLog2 = 12;
 
-/// The number of slots in a block of the finest level, but enough edges for every thread, and not
-/// so many that the window grows. `fewest_slots_log2` belongs to the level with the fewest slots in
+/// The number of slots in a block of the finest level, but enough edges for every thread, as long
+/// as the window does not grow. `fewest_slots_log2` belongs to the level with the fewest slots in
 /// a block.
 inline EdgeId chunk_edges(int fewest_slots_log2, int threads) {
   constexpr EdgeId kMinEdgesPerThread = 8;
