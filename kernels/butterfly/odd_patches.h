@@ -26,16 +26,17 @@ Vector3<Real> odd_in_patch(const PatchFrame<kSide, Patch>& frame) {
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Computes the vertices that `level` creates. `rings` has the rings of level - 1; the function
-/// replaces them by those of `level`.
+/// Computes the vertices that `level` creates. `base` has the records of the base vertices, which
+/// do not change. `rings` has the rings of level - 1; the function replaces them by those of
+/// `level`.
 template <PatchMesh Mesh, class Real>
 void odd_patches(Mesh& mesh, int level, const Butterfly<Real>&,
+                 std::span<const typename Mesh::Record> base,
                  RingTable<typename Mesh::Record>& rings, const BeforeFace& before_face = {}) {
   using Record = typename Mesh::Record;
   const Topology topology = mesh.topology();
   const RingTable<Record> coarse = rings;
-  const butterfly::ExtraordinaryRings<Real> extraordinary(
-      topology, coarse, std::span<const Record>(mesh.base_records()));
+  const butterfly::ExtraordinaryRings<Real> extraordinary(topology, coarse, base);
   mesh.activate(level, level, level);
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
     if (before_face) before_face(face);

@@ -44,12 +44,15 @@ BaseMesh refine_in_core(const BaseMesh& base, int times, const Rule& rule) {
   RingTable<Record> rings(base.edge_count());
   rings.set_from_base(mesh.topology(), records);
   for (int level = 1; level <= times; ++level) {
-    odd_patches(mesh, level, rule, rings);
-    if constexpr (Rule::kRingCount == 1)
+    if constexpr (Rule::kRingCount == 1) {
+      odd_patches(mesh, level, rule, rings);
       if (rule.moves_even()) {
         even_patches(mesh, level, rule);
         move_base_vertices(mesh.topology(), rings, rule, records);
       }
+    } else {
+      odd_patches(mesh, level, rule, records, rings);
+    }
   }
 
   const VertexNumbering numbering(base.topology(), times);

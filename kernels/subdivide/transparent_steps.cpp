@@ -36,7 +36,11 @@ void make_odd_transparent(SubdivisionRun<typename Rule::Real>& run, const Rule& 
       reporter(run, fmt::format("level {}: odd vertices", level), vertices);
   StorePatches<Record> mesh(store, run.position, StoreAccess::pager(store).budget_bytes() / 2,
                             Rule::kRingCount == 2 ? Reach::kRing : Reach::kFaces);
-  odd_patches(mesh, level, rule, run.rings, before_face);
+  if constexpr (Rule::kRingCount == 1)
+    odd_patches(mesh, level, rule, run.rings, before_face);
+  else  // reads the base records, from which blocks may be encoded
+    odd_patches(mesh, level, rule, std::as_const(store).template base_records<Record>(run.position),
+                run.rings, before_face);
   run.vertices_before += vertices;
 }
 

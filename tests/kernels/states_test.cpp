@@ -467,3 +467,18 @@ TEST_CASE("Subdivide_FusedToTheBaseLevel_MakesNormalsOfBaseVertices") {
     CHECK(found == expected);
   }
 }
+
+// Found by acceptance_random_calls_test.
+TEST_CASE("SubdivideTransparent_ButterflyOverBlocksEncodedFromBaseRecords_OnlyReadsThese") {
+  std::string expected;
+  for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
+    CAPTURE(to_string(executor));
+    Made made("compressed", 4 << 20, sheet(6, 5), "hierarchy,zstd:1");
+    (*made).add_level(0);  // of zeros, which compress
+    (*made).commit();
+    subdivide(*made, {.scheme = Scheme::kButterfly, .executor = executor, .levels = 2});
+    const std::string found = digest(*made).to_string();
+    if (expected.empty()) expected = found;
+    CHECK(found == expected);
+  }
+}
