@@ -115,7 +115,8 @@ void Machine::refine(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     if (expected) check_made(now_, *expected);
   } else if (!(now_ == before)) {  // otherwise it was refused before its first change
     require(message == "Thrown" || message.find("cancelled") != std::string::npos || committed,
-            "a refused subdivide has changed the store: " + message);
+            "a refused subdivide has changed the store (" + difference(*store_, before) +
+                "): " + message);
     require(committed || !now_.is_finished(), "what subdivide has left can be committed");
   }
   if (committed) take_over_commit();
