@@ -48,32 +48,15 @@ LastError& last_error() noexcept {
   return error;
 }
 
-plait_status status_of(ErrorCode code) noexcept {
-  switch (code) {
-    case ErrorCode::kNotFound:
-      return PLAIT_ERROR_NOT_FOUND;
-    case ErrorCode::kInvalidArgument:
-      return PLAIT_ERROR_INVALID_ARGUMENT;
-    case ErrorCode::kCorruption:
-      return PLAIT_ERROR_CORRUPTION;
-    case ErrorCode::kNotSupported:
-      return PLAIT_ERROR_NOT_SUPPORTED;
-    case ErrorCode::kIo:
-      return PLAIT_ERROR_IO;
-    case ErrorCode::kNoSpace:
-      return PLAIT_ERROR_NO_SPACE;
-    case ErrorCode::kOutOfMemory:
-      return PLAIT_ERROR_OUT_OF_MEMORY;
-    case ErrorCode::kBudget:
-      return PLAIT_ERROR_BUDGET;
-    case ErrorCode::kBusy:
-      return PLAIT_ERROR_BUSY;
-    case ErrorCode::kBadState:
-      return PLAIT_ERROR_BAD_STATE;
-    case ErrorCode::kCancelled:
-      return PLAIT_ERROR_CANCELLED;
-  }
-  return PLAIT_ERROR_INTERNAL;
+// Statuses of plait.h are in the order of ErrorCode, after PLAIT_OK.
+static_assert(static_cast<int>(ErrorCode::kNotFound) + 1 == PLAIT_ERROR_NOT_FOUND);
+static_assert(static_cast<int>(ErrorCode::kCancelled) + 1 == PLAIT_ERROR_CANCELLED);
+
+plait_status status_of(ErrorCode code) noexcept { return static_cast<plait_status>(code) + 1; }
+
+std::optional<ErrorCode> code_of(plait_status status) noexcept {
+  if (status < PLAIT_ERROR_NOT_FOUND || status > PLAIT_ERROR_CANCELLED) return std::nullopt;
+  return static_cast<ErrorCode>(status - 1);
 }
 
 }  // namespace
@@ -122,9 +105,8 @@ void refuse_cancelled(const char* what) {
 }
 
 void throw_failed(const char* what, plait_status status) {
-  for (int number = 0; number <= static_cast<int>(ErrorCode::kCancelled); ++number)
-    if (const auto code = static_cast<ErrorCode>(number); status_of(code) == status)
-      throw Error(code, fmt::format("{}: {}", what, last_error().message()));
+  if (const auto code = code_of(status))
+    throw Error(*code, fmt::format("{}: {}", what, last_error().message()));
   throw std::runtime_error(fmt::format("{} has returned {}", what, status));
 }
 
@@ -137,10 +119,7 @@ uint64_t plait_error_offset(void) { return plait::c::last_error().offset(); }
 const char* plait_status_name(plait_status status) {
   if (status == PLAIT_OK) return "ok";
   if (status == PLAIT_ERROR_INTERNAL) return "internal";
-  for (int code = 0; code <= static_cast<int>(plait::ErrorCode::kCancelled); ++code) {
-    const auto known = static_cast<plait::ErrorCode>(code);
-    if (plait::c::status_of(known) == status)
-      return plait::to_string(known).data();  // a literal, so a zero byte follows
-  }
+  if (const auto code = plait::c::code_of(status))
+    return plait::to_string(*code).data();  // a literal, so a zero byte follows
   return "unknown";
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <utility>
 
 #include "plait/detail/namespace.h"
 
@@ -12,34 +13,10 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// Returns false for a size that records rarely have.
 template <class Work>
 bool with_record_size(std::size_t bytes, Work work) {
-  switch (bytes) {
-    case 1:
-      work(std::array<std::byte, 1>());
-      return true;
-    case 2:
-      work(std::array<std::byte, 2>());
-      return true;
-    case 3:
-      work(std::array<std::byte, 3>());
-      return true;
-    case 4:
-      work(std::array<std::byte, 4>());
-      return true;
-    case 8:
-      work(std::array<std::byte, 8>());
-      return true;
-    case 12:
-      work(std::array<std::byte, 12>());
-      return true;
-    case 16:
-      work(std::array<std::byte, 16>());
-      return true;
-    case 24:
-      work(std::array<std::byte, 24>());
-      return true;
-    default:
-      return false;
-  }
+  const auto with_one_of = [&]<std::size_t... kSizes>(std::index_sequence<kSizes...>) {
+    return ((bytes == kSizes && (work(std::array<std::byte, kSizes>()), true)) || ...);
+  };
+  return with_one_of(std::index_sequence<1, 2, 3, 4, 8, 12, 16, 24>());
 }
 
 PLAIT_END_NAMESPACE

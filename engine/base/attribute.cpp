@@ -1,31 +1,24 @@
 #include "plait/attribute.h"
 
-PLAIT_BEGIN_PRIVATE_NAMESPACE
+#include "base/text.h"
 
-std::string_view to_string(ComponentType type) noexcept {
-  switch (type) {
-    case ComponentType::kFloat32:
-      return "float32";
-    case ComponentType::kFloat64:
-      return "float64";
-    case ComponentType::kInt8:
-      return "int8";
-    case ComponentType::kInt16:
-      return "int16";
-    case ComponentType::kInt32:
-      return "int32";
-    case ComponentType::kInt64:
-      return "int64";
-    case ComponentType::kUint8:
-      return "uint8";
-    case ComponentType::kUint16:
-      return "uint16";
-    case ComponentType::kUint32:
-      return "uint32";
-    case ComponentType::kUint64:
-      return "uint64";
-  }
-  return "unknown";
-}
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr NameTable<ComponentType, 10> kTypes("component type",
+                                              {{ComponentType::kFloat32, "float32"},
+                                               {ComponentType::kFloat64, "float64"},
+                                               {ComponentType::kInt8, "int8"},
+                                               {ComponentType::kInt16, "int16"},
+                                               {ComponentType::kInt32, "int32"},
+                                               {ComponentType::kInt64, "int64"},
+                                               {ComponentType::kUint8, "uint8"},
+                                               {ComponentType::kUint16, "uint16"},
+                                               {ComponentType::kUint32, "uint32"},
+                                               {ComponentType::kUint64, "uint64"}});
+
+}  // namespace
+
+std::string_view to_string(ComponentType type) noexcept { return kTypes.name_of(type); }
 
 PLAIT_END_NAMESPACE

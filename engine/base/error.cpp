@@ -5,35 +5,28 @@
 #include <cerrno>
 #include <system_error>
 
+#include "base/text.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-std::string_view to_string(ErrorCode code) noexcept {
-  switch (code) {
-    case ErrorCode::kNotFound:
-      return "not_found";
-    case ErrorCode::kInvalidArgument:
-      return "invalid_argument";
-    case ErrorCode::kCorruption:
-      return "corruption";
-    case ErrorCode::kNotSupported:
-      return "not_supported";
-    case ErrorCode::kIo:
-      return "io";
-    case ErrorCode::kNoSpace:
-      return "no_space";
-    case ErrorCode::kOutOfMemory:
-      return "out_of_memory";
-    case ErrorCode::kBudget:
-      return "budget";
-    case ErrorCode::kBusy:
-      return "busy";
-    case ErrorCode::kBadState:
-      return "bad_state";
-    case ErrorCode::kCancelled:
-      return "cancelled";
-  }
-  return "unknown";
-}
+namespace {
+
+constexpr NameTable<ErrorCode, 11> kCodes("error code",
+                                          {{ErrorCode::kNotFound, "not_found"},
+                                           {ErrorCode::kInvalidArgument, "invalid_argument"},
+                                           {ErrorCode::kCorruption, "corruption"},
+                                           {ErrorCode::kNotSupported, "not_supported"},
+                                           {ErrorCode::kIo, "io"},
+                                           {ErrorCode::kNoSpace, "no_space"},
+                                           {ErrorCode::kOutOfMemory, "out_of_memory"},
+                                           {ErrorCode::kBudget, "budget"},
+                                           {ErrorCode::kBusy, "busy"},
+                                           {ErrorCode::kBadState, "bad_state"},
+                                           {ErrorCode::kCancelled, "cancelled"}});
+
+}  // namespace
+
+std::string_view to_string(ErrorCode code) noexcept { return kCodes.name_of(code); }
 
 const std::filesystem::path& Error::path() const noexcept {
   static const std::filesystem::path none;

@@ -292,9 +292,7 @@ void BaseIndexPages::need_topology() const {
 }
 
 void BaseIndexPages::need_element(MeshArray array, std::uint64_t index) const {
-  const std::uint64_t bytes = element_bytes(array), first = index * bytes / kIndexPageBytes,
-                      last = ((index + 1) * bytes - 1) / kIndexPageBytes;
-  for (std::uint64_t page = first; page <= last; ++page) need_page(array, page);
+  need_range(array, index, index + 1);
 }
 
 void BaseIndexPages::need_elements(MeshArray array, std::span<const std::uint32_t> elements) const {

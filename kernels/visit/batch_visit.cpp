@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "address/record_sizes.h"
 #include "plait/detail/edge_grid.h"
 #include "plait/detail/ring_runs.h"
 #include "plait/detail/ring_table.h"
@@ -23,22 +24,9 @@ constexpr std::size_t kMostNeighbours = 6 * kMostVertices;
 
 /// Copies one record. The usual sizes are known while compiling.
 void copy_record(std::byte* to, const std::byte* from, std::size_t bytes) noexcept {
-  switch (bytes) {
-    case 4:
-      std::memcpy(to, from, 4);
-      return;
-    case 8:
-      std::memcpy(to, from, 8);
-      return;
-    case 12:
-      std::memcpy(to, from, 12);
-      return;
-    case 24:
-      std::memcpy(to, from, 24);
-      return;
-    default:
-      std::memcpy(to, from, bytes);
-  }
+  const bool copied =
+      with_record_size(bytes, [&](const auto& record) { std::memcpy(to, from, sizeof(record)); });
+  if (!copied) std::memcpy(to, from, bytes);
 }
 
 /// An attribute of the visit, and what the present edge has of it.
