@@ -190,7 +190,7 @@ class BaseMesh {
   const MeshRegion* region() const noexcept { return region_.get(); }
 
   /// The same mesh for works that can take it in pieces (mesh/mesh_piece.h): they then read a piece
-  /// at a time, and have about so many bytes of the mesh in memory. All functions work as before.
+  /// at a time, and have about `bytes` of the mesh in memory. All functions work as before.
   /// Does nothing for a mesh that is in memory.
   BaseMesh in_pieces(std::uint64_t bytes) const;
   /// 0: works take the mesh as a whole.

@@ -131,7 +131,7 @@ class Store {
   /// kBadState for an attribute from which levels of another one were encoded.
   void remove_attribute(AttributeId attribute);
   /// Removes `attribute` and gives its name to `replacement`. Errors: as remove_attribute();
-  /// kInvalidArgument for other records in the place of positions that a scheme has made.
+  /// kInvalidArgument if `attribute` is a scheme's "position" and the types differ.
   void replace_attribute(AttributeId attribute, AttributeId replacement);
 
   /// Attributes of base faces, and texts (plait/notes.h). Valid while the store is open.
