@@ -8,6 +8,7 @@
 #include "format/base_mesh_file.h"
 #include "format/depths_file.h"
 #include "format/file_names.h"
+#include "format/version_file.h"
 #include "plait/detail/face_depths.h"
 #include "plait/error.h"
 #include "plait/extend/block_maker.h"

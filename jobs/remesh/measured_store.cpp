@@ -9,6 +9,7 @@
 #include "base/stopwatch.h"
 #include "distance/crossings.h"
 #include "distance/distances.h"
+#include "remesh/sampled_surface.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
