@@ -38,9 +38,10 @@ bool may_become(Frame::State from, Frame::State to) noexcept {
   return false;
 }
 
-void keep_as_context(Frame& frame) noexcept {
+void keep_as_context(Frame& frame, EdgeId needed_until) noexcept {
   Frame::Content& content = frame.content;
   if (content.kept_edges > 0) return;
+  content.needed_until = needed_until;
   const LevelGeometry& geometry = content.level->geometry;
   content.kept_edges = kContextLengths * std::uint64_t{geometry.edge_after(content.block) -
                                                        geometry.first_edge(content.block)};

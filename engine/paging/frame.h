@@ -3,6 +3,7 @@
 // of a transfer cannot fail.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/intrusive/list.hpp>
@@ -62,6 +63,7 @@ struct Frame {
     /// it does.
     EdgeId order = 0;
     std::uint64_t kept_edges = 0;     ///< how far behind `order` a window keeps the block
+    EdgeId needed_until = kNoId;      ///< the last edge that needs it: paging/needed_until.h
     SessionState* session = nullptr;  ///< the last one that used it, if that is still open
     std::size_t context_count = 0;    ///< blocks of Frame::context
     std::exception_ptr read_error;    ///< for the call that asked for the read
@@ -79,6 +81,7 @@ struct Frame {
   std::unique_ptr<FrameContext> context;
   ListLink in_list;    ///< of vacant frames; of a clock; or of frames that ended sessions left
   OrderLink in_order;  ///< of WindowEviction, or of prefetched frames
+  OrderLink in_need;   ///< of WindowEviction too, if it is a context block
   ListLink to_write;   ///< of dirty frames whose write is queued
   bool waits_for_run = false;  ///< in that list, until the rest of its run is queued too
   ListLink in_session;         ///< of content.session
@@ -103,7 +106,7 @@ void become(Frame& frame, Frame::State state) noexcept;
 bool may_become(Frame::State from, Frame::State to) noexcept;
 /// Marks a block as context of others. A window keeps it for a multiple of its own length, from the
 /// last block on that needed it.
-void keep_as_context(Frame& frame) noexcept;
+void keep_as_context(Frame& frame, EdgeId needed_until) noexcept;
 
 template <ListLink Frame::*Link>
 using FrameListBy =
@@ -120,11 +123,23 @@ struct EarlierEdge {
   }
 };
 
+/// Where a window is when it loses a frame, if it has room so long.
+inline std::uint64_t leaves_at(const Frame& frame) noexcept {
+  return frame.content.order + frame.content.kept_edges;
+}
+
 /// The order in which a window loses its frames.
 struct LeavesEarlier {
   bool operator()(const Frame& a, const Frame& b) const {
-    const std::uint64_t of_a = a.content.order + a.content.kept_edges,
-                        of_b = b.content.order + b.content.kept_edges;
+    const std::uint64_t of_a = leaves_at(a), of_b = leaves_at(b);
+    return of_a != of_b ? of_a < of_b : a.index < b.index;
+  }
+};
+
+/// The order in which context blocks are needed for the last time.
+struct NeededShorter {
+  bool operator()(const Frame& a, const Frame& b) const {
+    const EdgeId of_a = a.content.needed_until, of_b = b.content.needed_until;
     return of_a != of_b ? of_a < of_b : a.index < b.index;
   }
 };
@@ -136,5 +151,9 @@ using FrameSet =
                           boost::intrusive::constant_time_size<false>>;
 using FrameOrder = FrameSet<EarlierEdge>;
 using FrameWindow = FrameSet<LeavesEarlier>;
+using FramesByNeed =
+    boost::intrusive::set<Frame, boost::intrusive::member_hook<Frame, OrderLink, &Frame::in_need>,
+                          boost::intrusive::compare<NeededShorter>,
+                          boost::intrusive::constant_time_size<false>>;
 
 PLAIT_END_NAMESPACE

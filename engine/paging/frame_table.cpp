@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <span>
+#include <utility>
+
+#include "paging/needed_until.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -43,6 +46,7 @@ void FrameTable::attach(LevelFile& level) {
   level.run_log2 = level.traits.moves_runs ? most_run_log2(level.geometry) : 0;
   slot->frames = std::make_unique<std::atomic<Frame*>[]>(level.geometry.block_count());
   slot->level = &level;
+  has_new_levels_ = true;
   level.frames = slot->frames.get();
   level.pager_slot = static_cast<std::uint32_t>(slot - slots_.begin());
 }
@@ -53,8 +57,20 @@ void FrameTable::detach(LevelFile& level) noexcept {
                               [](const std::atomic<Frame*>& frame) { return frame.load(); }));
   slot.level = nullptr;
   slot.frames.reset();
+  slot.needed_until.clear();
   level.frames = nullptr;
   level.pager_slot = kNoId;
+}
+
+void FrameTable::find_needed_until() {
+  if (!has_new_levels_) return;
+  std::vector<NeededLevel> levels;
+  for (const LevelFrames& slot : slots_)
+    if (slot.level) levels.push_back({slot.level, {}});
+  plait::find_needed_until(levels);
+  for (NeededLevel& found : levels)
+    slots_[found.level->pager_slot].needed_until = std::move(found.until);
+  has_new_levels_ = false;
 }
 
 const LevelFile* FrameTable::level(std::uint32_t attribute, int number) const noexcept {

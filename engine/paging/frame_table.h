@@ -31,6 +31,14 @@ class FrameTable {
   /// REQUIRES: no block of the level is in a frame.
   void detach(LevelFile& level) noexcept;
   bool is_attached(const LevelFile& level) const noexcept { return level.pager_slot != kNoId; }
+  /// Finds how long blocks are needed, if levels were attached since the last call. Errors:
+  /// std::bad_alloc.
+  void find_needed_until();
+  /// The last edge for which other blocks are decoded from this one, as far as that is known.
+  EdgeId needed_until(const LevelFile& level, std::uint64_t block) const noexcept {
+    const std::vector<EdgeId>& until = slots_[level.pager_slot].needed_until;
+    return until.empty() ? kNoId : until[block];
+  }
   /// The attached level of the attribute with this number, or nullptr.
   const LevelFile* level(std::uint32_t attribute, int number) const noexcept;
 
@@ -63,6 +71,7 @@ class FrameTable {
   struct LevelFrames {
     const LevelFile* level = nullptr;
     std::unique_ptr<std::atomic<Frame*>[]> frames;  ///< [block] or nullptr
+    std::vector<EdgeId> needed_until;               ///< [block], or empty
   };
   std::uint64_t most_frames(const LevelFile& added) const noexcept;
   void add_frames(std::uint64_t most);
@@ -73,6 +82,7 @@ class FrameTable {
   FrameList vacant_;
   bool frames_have_context_ = false;
   std::vector<LevelFrames> slots_;  ///< [pager slot]
+  bool has_new_levels_ = false;
 };
 
 PLAIT_END_NAMESPACE

@@ -87,6 +87,7 @@ SessionState& Pager::Implementation::open_session(const SessionOptions& options)
   check_usable();
   auto session = std::make_unique<SessionState>(this, options);
   const Lock lock(mutex_);
+  if (options.policy == EvictionPolicy::kLayoutOrder) table_.find_needed_until();
   sessions_.add(*session);
   return *session.release();
 }

@@ -156,7 +156,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
   }
   for (std::size_t i = 0; i < context_count; ++i) {
     add_pin(session, *context[i], order);
-    keep_as_context(*context[i]);
+    keep_as_context(*context[i], table_.needed_until(*context[i]->content.level, needed[i].block));
   }
   Frame* frame = nullptr;
   try {

@@ -86,7 +86,8 @@ void Pager::Implementation::PinCall::fix_context_of(std::size_t at) {
                       entry.level->path.native(), entry.block, content.block, level.path.native()));
     level.is_fixed = true;
     if (content.state == State::kDirty) pager_.write_here(lock_, &session_, context);
-    pager_.wait_while(lock_, session_, context, is_being_written);
+    if (is_being_written(content.state))
+      pager_.wait_while(lock_, session_, context, is_being_written);
   }
 }
 
@@ -115,7 +116,8 @@ bool Pager::Implementation::PinCall::take_frames() {
         return false;
       }
     }
-    if (at >= batch_.request_count()) keep_as_context(*batch_[at].frame);
+    if (at >= batch_.request_count())
+      keep_as_context(*batch_[at].frame, pager_.table_.needed_until(level, block));
     add_context(at);
   }
   return true;

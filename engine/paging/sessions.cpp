@@ -72,6 +72,7 @@ void Sessions::unplace(Frame& frame) noexcept {
   frame.pins.set_unplaced();
   frame.in_list.unlink();
   frame.in_order.unlink();
+  frame.in_need.unlink();
 }
 
 void Sessions::place(Frame& frame) noexcept {

@@ -283,6 +283,33 @@ TEST_CASE("MadeNormals_OfAllLevels_AreMadeFromPositionsThatAreReadFewTimes") {
   CHECK(digest(store).to_string() == digest(expected).to_string());
 }
 
+TEST_CASE("MadeNormals_DigestInLessThanThePositionsTake_ReadsEachBlockOnce") {
+  Store expected = displaced({BaseMesh::build(torus_grid(40, 30)), 4});
+  const TemporaryDirectory directory(Medium::kMemory);
+  const fs::path path = directory.path() / "s.plait";
+  StoreOptions options = options_for("compressed");
+  options.block_bytes = 16 << 10;
+  {
+    Store store =
+        Store::create(path, expected.base(), options, default_backends(), expected.provenance());
+    copy_levels(expected, store);
+    store.commit();
+  }
+  const Store store = Store::open(
+      path, {.writable = false, .budget_bytes = 3 << 20, .io_threads = 0}, default_backends());
+  std::uint64_t blocks = 0, position_bytes = 0;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = 1; level <= 4; ++level) {
+      const LevelGeometry& geometry = StoreAccess::level_file(store, id, level).geometry;
+      blocks += geometry.block_count();
+      if (store.attributes()[id].schema.name == "position")
+        position_bytes += geometry.total_bytes();
+    }
+  REQUIRE(position_bytes > 3 << 20);
+  CHECK(digest(store).to_string() == digest(expected).to_string());
+  CHECK(store.info().paging.blocks_read == blocks);
+}
+
 TEST_CASE("MadeNormals_OfAnAttributeThatComesLater_AreStored") {
   Store expected = displaced(torus(2));
   const TemporaryDirectory directory(Medium::kMemory);

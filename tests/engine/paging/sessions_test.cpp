@@ -79,13 +79,21 @@ TEST_CASE("SessionsVictim_WindowOfSeveralSizes_IsTheFirstOfTheWantedSize") {
   CHECK(f.sessions.victim(session, kFrameBytes) == &small);
   CHECK(f.sessions.victim(session, 2 * kFrameBytes) == &small);  // there is none of this size
   f.evict(large);
-  Sessions::unplace(small);
-  for (EdgeId order = 11; order < 29; ++order) f.add(session, order);
-  f.sessions.place(small);
+  f.add(session, 31);
   CHECK(f.sessions.victim(session, 4 * kFrameBytes) == &next_large);
-  // Far behind the first frames, its turn comes with theirs.
-  for (EdgeId order = 0; order < 64; ++order) f.add(session, 9);
-  CHECK(f.sessions.victim(session, 4 * kFrameBytes)->content.frame_bytes == kFrameBytes);
+  // The window has not passed it yet.
+  f.evict(next_large);
+  f.add(session, 40, false, 4 * kFrameBytes);
+  f.add(session, 32);
+  CHECK(f.sessions.victim(session, 4 * kFrameBytes) == &small);
+  // More frames have piled up than will soon be wanted.
+  f.add(session, 41);
+  CHECK(f.sessions.victim(session, 4 * kFrameBytes)->content.frame_bytes == 4 * kFrameBytes);
+  for (EdgeId order = 42; order < 100; ++order) f.add(session, order);
+  f.add(session, 100, false, 4 * kFrameBytes);
+  f.add(session, 99);
+  f.evict(*f.sessions.victim(session, 4 * kFrameBytes));
+  CHECK(f.sessions.victim(session, 4 * kFrameBytes) == &small);
 }
 
 TEST_CASE("SessionsVictim_Clock_SparesOnceWhatCameBack") {

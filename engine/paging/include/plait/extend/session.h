@@ -35,9 +35,9 @@ PLAIT_BEGIN_NAMESPACE
 enum class EvictionPolicy : std::uint8_t {
   /// Evicts the block whose last edge comes first in layout order. So the windows of all levels
   /// cover the same edges and move forward together (the paper's circular buffer). A block from
-  /// which others are decoded stays longer. It leaves when the window is 32 of its own lengths, in
-  /// edges, beyond the last block that needed it. Writes a dirty block as soon
-  /// as it is unpinned. A session of this policy is for one pass over the edges.
+  /// which others are decoded stays longer, until the window has passed the last block that needs
+  /// it (docs/paging.md). Writes a dirty block as soon as it is unpinned. A session of this policy
+  /// is for one pass over the edges.
   kLayoutOrder,
   /// Second chance, for random reads. Writes a dirty block when it is evicted.
   kClock,
