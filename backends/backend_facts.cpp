@@ -64,7 +64,10 @@ BackendFacts backend_facts(const BackendRegistry& backends, const NewStore& stor
                      .in_memory = store.path.empty(),
                      .has_pipelines = store.has_pipelines};
   if (facts.in_memory || facts.has_pipelines) return facts;
-  const std::filesystem::path parent = store.path.parent_path();
+  // A path that ends with a slash has an empty name.
+  const std::filesystem::path path =
+      store.path.has_filename() ? store.path : store.path.parent_path();
+  const std::filesystem::path parent = path.parent_path();
   const std::filesystem::path directory = parent.empty() ? "." : parent;
   facts.medium = medium_of(directory);
   facts.no_mmap = refusal(backends, "mmap");

@@ -52,6 +52,24 @@ Compression compression_of(const std::vector<std::string>& texts) {
   return compression;
 }
 
+void check_attributes_of_scheme(const Compression& compression, bool normals) {
+  compression.check_attributes(normals ? std::vector<std::string>{"position", "normal"}
+                                       : std::vector<std::string>{"position"});
+}
+
+void warn_of_unknown_attributes(const std::vector<std::string>& compress,
+                                const std::vector<AttributeSchema>& others, const JobWatch& watch) {
+  if (!watch.warn) return;
+  std::vector<std::string> names = {"position"};
+  for (const AttributeSchema& schema : others)
+    if (schema.name != names.front()) names.push_back(schema.name);
+  try {
+    compression_of(compress).check_attributes(names);
+  } catch (const Error& error) {
+    watch.warn(fmt::format("{}; the text has no effect", error.what()));
+  }
+}
+
 ErrorBounds error_bounds_of(const std::vector<std::string>& texts) {
   ErrorBounds bounds;
   for (const std::string& text : texts) bounds.add(text);

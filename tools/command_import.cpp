@@ -27,10 +27,11 @@ std::string import_text(const nlohmann::ordered_json& report) {
         attribute["type"].get<std::string>(), attribute["components"].get<std::uint32_t>());
   const int base_level = report["base_level"].get<int>();
   std::string text = fmt::format(
-      "{}: {} vertices, {} levels over {} vertices and {} faces; {}\n{}: {} by backend {} ({}), "
+      "{}: {} vertices, {} level{} over {} vertices and {} faces; {}\n{}: {} by backend {} ({}), "
       "{:.2f} s to read, {:.2f} s to find the levels, {:.2f} s to write\n",
       word("mesh"), count("vertices"), report["levels"].get<int>() - base_level,
-      count("base_vertices"), count("base_faces"), attributes, word("store"),
+      report["levels"].get<int>() - base_level == 1 ? "" : "s", count("base_vertices"),
+      count("base_faces"), attributes, word("store"),
       format_bytes(report["stored_bytes"].get<std::uint64_t>()), word("backend"),
       word("backend_reason"), seconds("read_seconds"), seconds("recover_seconds"),
       seconds("write_seconds"));

@@ -89,7 +89,8 @@ void add_serve_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<ServeArguments>();
   CommandLine* command = program.add_subcommand("serve", "Show a store in the browser");
   command->add_option("STORE", arguments->store, "The store")->required();
-  command->add_option("--port", arguments->address.port, "0: any free one")->capture_default_str();
+  add_whole_option(*command, "--port", arguments->address.port, 0, 65535, "0: any free one")
+      ->capture_default_str();
   command
       ->add_option("--host", arguments->address.host,
                    "The address to listen at; 0.0.0.0: all of this machine, for others too")

@@ -172,6 +172,14 @@ LevelPipelines Compression::pipeline_of(const AttributeSchema& schema) const {
   return pipelines;
 }
 
+void Compression::check_attributes(const std::vector<std::string>& names) const {
+  for (const Choice& choice : choices_)
+    if (!choice.attribute.empty() && std::ranges::find(names, choice.attribute) == names.end())
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("choose compression of attribute '{}': expected one of {}",
+                              text_for_message(choice.attribute), fmt::join(names, ", ")));
+}
+
 void Compression::check_levels(int base_level, int finest_level) const {
   for (const Choice& choice : choices_) {
     const LevelRange& levels = choice.levels;

@@ -160,11 +160,13 @@ std::string verdict_of(const Findings& findings) {
     of_two += contest.is_known() && contest.choices.size() == 2;
     never += contest.never.size();
   }
-  return fmt::format("The choice is known for {} of {} workload{}{}{}.{}", known, contests.size(),
-                     contests.size() == 1 ? "" : "s",
-                     of_two == 0 ? "" : fmt::format(", for {} of them as one of two", of_two),
-                     never == 0 ? "" : fmt::format("; {} must never be taken", never),
-                     text_about_auto(findings));
+  return fmt::format(
+      "The choice is known for {} of {} workload{}{}{}.{}", known, contests.size(),
+      contests.size() == 1 ? "" : "s",
+      of_two == 0 ? "" : fmt::format(", for {} of them as one of two", of_two),
+      never == 0 ? ""
+                 : fmt::format("; {} choice{} must never be taken", never, never == 1 ? "" : "s"),
+      text_about_auto(findings));
 }
 
 }  // namespace plait::bench

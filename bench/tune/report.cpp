@@ -43,7 +43,10 @@ std::string remark_on(const TuneFindings& findings, const Decision& decision, st
   if (findings.goal == Goal::kUpdate && !one.runs.back().can_change) return "cannot be changed";
   const Beside& beside = *decision.beside[at];
   const Estimate& factor = beside.cost.factor;
-  if (beside.is_tied && factor.low < kEqualWithin && factor.high < kEqualWithin)
+  if (findings.goal == Goal::kSize)
+    text = beside.is_tied ? fmt::format("equal within {:.0f} %", 100 * (kEqualBytes - 1))
+                          : fmt::format("{:.2f} times the pick", factor.value);
+  else if (beside.is_tied && factor.low < kEqualWithin && factor.high < kEqualWithin)
     text = fmt::format("equal within {:.0f} %", 100 * (kEqualWithin - 1));
   else if (factor.confidence == 0)
     text = fmt::format("{:.2f} times the pick in one round, which shows nothing", factor.value);
@@ -131,15 +134,19 @@ std::string method_text(const TuneFindings& findings) {
     tried += pipelines.size();
     kept += not_dominated(pipelines).size();
   }
-  std::size_t rounds = 0;
-  for (const Measured& one : findings.choices) rounds = std::max(rounds, one.runs.size());
+  std::size_t rounds = 0, measured = 0;
+  for (const Measured& one : findings.choices) {
+    rounds = std::max(rounds, one.runs.size());
+    measured += !one.runs.empty();
+  }
   return fmt::format(
       "{}: {} of records to level {}, blocks of {}. {} pipelines of attributes were tried on {}, "
-      "and {} of them are not dominated. {} choices were stored in full under {} and read, {} "
-      "rounds, {:.0f} s. Intervals are of 95 %. Writing contains reading the source.",
+      "and {} of them are not dominated. {} of {} choices were stored in full under {} and read, "
+      "{} round{}, {:.0f} s. Intervals are of 95 %. Writing contains reading the source.",
       findings.input, format_bytes(findings.raw_bytes), findings.finest_level,
       format_bytes(findings.block_bytes), tried, format_bytes(findings.sample.bytes), kept,
-      findings.choices.size(), findings.directory.native(), rounds, findings.seconds);
+      measured, findings.choices.size(), findings.directory.native(), rounds,
+      rounds == 1 ? "" : "s", findings.seconds);
 }
 
 instrument::Table disks_table(const TuneFindings& findings, const Measured& pick) {

@@ -11,8 +11,6 @@ namespace {
 
 /// What is shown to take so much longer leaves, and gives its time to the rest.
 constexpr double kLeavesFrom = 1.2;
-/// Bytes that differ by less do not matter.
-constexpr double kEqualBytes = 1.01;
 constexpr double kSignificance = 0.05;
 
 constexpr NameTable<Goal, 5> kGoals("goal", {{Goal::kRead, "read"},

@@ -25,6 +25,8 @@ double cost(Goal goal, const CopyFigures& figures);
 
 /// Times that differ by less than this factor are equal for all uses.
 inline constexpr double kEqualWithin = 1.03;
+/// The same of bytes, which are not measured but counted.
+inline constexpr double kEqualBytes = 1.01;
 /// This number of rounds tells whether anything is open, and there are at most as many.
 inline constexpr std::size_t kEnoughRounds = 4, kMostRounds = 16;
 

@@ -54,9 +54,10 @@ void check_resources(std::uint64_t budget_bytes, std::optional<int> io_threads) 
   if (io_threads && (*io_threads < 0 || *io_threads > 64))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("open store: {} I/O threads, expected 0 to 64", *io_threads));
-  if (budget_bytes < (64u << 10))
+  if (budget_bytes < kLeastBudgetBytes)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("open store: budget {} bytes, expected at least 65536", budget_bytes));
+                fmt::format("open store: budget {} bytes, expected at least {}", budget_bytes,
+                            kLeastBudgetBytes));
 }
 
 }  // namespace

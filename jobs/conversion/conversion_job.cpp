@@ -62,6 +62,9 @@ void choose_options(const ConversionRequest& request, const Store& source,
   if ((choices.compresses && backend.traits.compressed) ||
       (!request.max_errors.empty() && !stays_compressed && backend.traits.compressed)) {
     request.compression.check_levels(source.base_level(), source.finest_level());
+    std::vector<std::string> names;
+    for (const AttributeInfo& info : source.attributes()) names.push_back(info.schema.name);
+    request.compression.check_attributes(names);
     options.pipeline_of = [compression = request.compression](const AttributeSchema& schema) {
       return compression.pipeline_of(schema);
     };
@@ -97,6 +100,11 @@ std::uint64_t vertices_of(const Store& store) {
 
 ConversionResult convert(const ConversionRequest& request, const BackendRegistry& source_backends,
                          const BackendRegistry& backends, const JobWatch& watch) {
+  if (request.budget_bytes < 2 * kLeastBudgetBytes)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{} {}: memory {} bytes: expected at least {}, half for each store",
+                            request.verb, request.from.native(), request.budget_bytes,
+                            2 * kLeastBudgetBytes));
   OpenOptions open;
   open.budget_bytes = request.budget_bytes / 2;
   open.parallel_for = request.parallel_for;

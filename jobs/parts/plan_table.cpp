@@ -136,7 +136,9 @@ PartsPlan make_plan(PlanArguments& arguments, const JobCall& call) {
     arguments.levels = *arguments.level;
     arguments.parts = *arguments.part_count;
     if (arguments.memory) arguments.memory_bytes = bytes_for_ranges(*arguments.memory);
-    arguments.pipeline_of = pipelines_of(compression_of(arguments.compress));
+    const Compression compression = compression_of(arguments.compress);
+    check_attributes_of_scheme(compression, arguments.normals);
+    arguments.pipeline_of = pipelines_of(compression);
     arguments.progress = call.watch.progress;
     arguments.before_files = call.watch.before_files;
     plan = plan_parts(arguments, call.backends);

@@ -133,6 +133,7 @@ JobReport run_subdivide(SubdivideArguments& arguments, const JobCall& call) {
   const Compression compression = compression_of(arguments.compress);
   SubdivisionJob job(request_of(arguments, compression, call), call.backends);
   compression.check_levels(job.plan().base_level, arguments.levels);
+  check_attributes_of_scheme(compression, arguments.normals);
   if (call.watch.warn)
     for (const std::string& warning : job.plan().warnings) call.watch.warn(warning);
   try {

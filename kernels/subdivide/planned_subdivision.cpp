@@ -51,7 +51,8 @@ void check_attributes(const Store& store, const SubdivideOptions& options, Attri
                             "name",
                             to_string(ours.type), ours.components, to_string(normal.type),
                             normal.components));
-  if (!options.normals)
+  if (!options.normals &&
+      (options.limit || options.levels > store.attributes()[position].finest_level))
     throw Error(
         ErrorCode::kInvalidArgument,
         "subdivide: the store has normals, which do not fit a finer level: ask for normals, so "

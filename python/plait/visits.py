@@ -28,7 +28,8 @@ class Vertices:
     """
 
     # What else is set on it would be lost, so it is refused.
-    __slots__ = ("_store", "valence", "border", "base", "levels", "places", "_records", "_neighbours", "__weakref__")
+    __slots__ = ("_store", "valence", "border", "base", "levels", "places", "_records",
+                 "_asked_for", "_neighbours", "__weakref__")
 
     def __init__(self, batch, visited, store):
         self._store = store
@@ -39,6 +40,7 @@ class Vertices:
         self.levels = copied(batch.levels, (count,), np.dtype("<i4"))
         self.places = copied(batch.places, (count,), np.dtype("<i8"))
         self._records = {}
+        self._asked_for = set()
         self._neighbours = {}
         for number, each in enumerate(visited):
             given = batch.attributes[number]
@@ -56,9 +58,11 @@ class Vertices:
 
     def __getitem__(self, name):
         try:
-            return self._records[name]
+            records = self._records[name]
         except KeyError:
             raise NoSuchAttribute(f"the visit neither reads nor writes '{name}'") from None
+        self._asked_for.add(name)
+        return records
 
     def __setitem__(self, name, records):
         into = self[name]
@@ -146,6 +150,9 @@ def visit(store, change, visited, function, level, progress):
                                       f"not write one attribute but {len(written)}")
             vertices[written[0][1]] = result
         for number, name in written:
+            if visited[number].access == types.ACCESS_OVERWRITE and name not in vertices._asked_for:
+                raise InvalidArgument(f"visit: expected that the function fills '{name}' or returns its "
+                                      f"records, found neither; v['{name}'] = 0 leaves zeros")
             records = vertices[name]
             ctypes.memmove(batch.attributes[number].records, records.ctypes.data, records.nbytes)
         return True

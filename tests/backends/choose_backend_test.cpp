@@ -36,6 +36,15 @@ NewStore large_store(const std::filesystem::path& path) {
 
 }  // namespace
 
+TEST_CASE("BackendFacts_PathThatEndsWithASlash_AreThoseWithoutIt") {
+  const TemporaryDirectory directory;
+  const auto medium = [&](const char* name) {
+    return backend_facts(default_backends(), large_store(directory.path() / name)).medium;
+  };
+  CHECK(medium("new.plait") != StoreMedium::kUnknown);
+  CHECK(medium("new.plait/") == medium("new.plait"));
+}
+
 TEST_CASE("ChooseBackend_Facts_DecideByTheFirstRuleThatIsTrue") {
   const BackendFacts large{
       .level_bytes = kLarge, .available_bytes = kAvailable, .medium = StoreMedium::kDisk};

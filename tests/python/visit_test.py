@@ -150,3 +150,17 @@ def test_refusals_are_in_words():
     store.add_attribute("age", level=0)
     with pytest.raises(plait.InvalidArgument, match="level"):
         store.visit(print, reads=["age", "position"])
+
+
+def test_a_function_that_fills_nothing_is_refused():
+    store = make(icosahedron(), levels=1)
+    store.add_attribute("h", level=1)
+    with pytest.raises(plait.InvalidArgument, match="fills 'h'"):
+        store.visit(lambda vertices: None, reads="position", writes="h")
+    store.roll_back()
+    store.add_attribute("h", level=1)
+
+    def fill(vertices):
+        vertices["h"] = 0
+    store.visit(fill, reads="position", writes="h")
+    assert not np.any(store["h"][1])

@@ -56,6 +56,9 @@ class Compression {
   /// kInvalidArgument for a text that names none of these levels, or whose range ends beyond
   /// `finest_level`.
   void check_levels(int base_level, int finest_level) const;
+  /// Checks the texts against the attributes of a store. Errors: kInvalidArgument for a text that
+  /// names another attribute.
+  void check_attributes(const std::vector<std::string>& names) const;
 
  private:
   struct Choice {

@@ -208,6 +208,15 @@ std::string refusal_of(const std::vector<const char*>& texts, int base_level, in
 
 }  // namespace
 
+TEST_CASE("Compression_TextForAnAttributeThatIsNotThere_IsRefusedWithThoseThatAre") {
+  Compression compression;
+  compression.add("small");
+  compression.add("uv@2-=lz4");
+  CHECK_NOTHROW(compression.check_attributes({"position", "uv"}));
+  CHECK_THROWS_WITH(compression.check_attributes({"position", "normal"}),
+                    "choose compression of attribute 'uv': expected one of position, normal");
+}
+
 TEST_CASE("Compression_TextsForLevels_TheNarrowerAndTheNamedGoFirst") {
   const std::string usual =
       preset_pipeline("default", {"uv", ComponentType::kFloat32, 2}).to_text();

@@ -247,7 +247,7 @@ TEST_CASE("a backend that dies is an outcome, and never the fastest") {
   }
   const std::string text = to_text(set, findings);
   CHECK_THAT(text, Catch::Contains("pread, 2 of 5"));
-  CHECK_THAT(findings.verdict, Catch::Contains("2 must never be taken"));
+  CHECK_THAT(findings.verdict, Catch::Contains("2 choices must never be taken"));
   // Four cells are a table, and no plot.
   CHECK_THAT(to_page(set, findings, "c"),
              Catch::Contains("2 of 5 survived") && !Catch::Contains("<svg"));

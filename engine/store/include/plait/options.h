@@ -18,6 +18,9 @@ enum class Durability : std::uint8_t {
   kNone,    ///< for temporary stores: commit() publishes without waiting for the disk
 };
 
+/// The smallest budget of a store.
+inline constexpr std::uint64_t kLeastBudgetBytes = 64u << 10;
+
 /// The pipelines of each attribute.
 using PipelinesOf = std::function<LevelPipelines(const AttributeSchema&)>;
 
@@ -45,7 +48,7 @@ struct StoreOptions {
   /// Unit of I/O: 4 KiB to 1 GiB, a power of two. 0: 64 KiB, or 256 KiB with a backend that
   /// compresses. Store::options() of the new store has the chosen size.
   std::uint64_t block_bytes = 0;
-  /// For frames and for scratch memory of the backend; at least 64 KiB.
+  /// For frames and for scratch memory of the backend; at least kLeastBudgetBytes.
   std::uint64_t budget_bytes = 256u << 20;
   /// The number of threads that prefetch blocks and write dirty ones, 0 to 64. With 0, each
   /// transfer runs in the thread that needs it. Not set: one for each processor.
