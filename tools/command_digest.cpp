@@ -12,6 +12,7 @@
 #include "command.h"
 #include "console.h"
 #include "json_text.h"
+#include "maintenance/decoded_again.h"
 #include "measure.h"
 #include "plait/digest.h"
 #include "plait/store.h"
@@ -77,6 +78,8 @@ int run_digest(const DigestArguments& arguments, const CommandContext& context) 
   };
   const std::string word = digest(store, options).to_string();
   progress.clear();
+  if (const std::string again = decoded_again(store); !again.empty())
+    report_warning(again + " (--memory)");
   if (!context.json) {
     print(word + "\n");
     return kExitDone;

@@ -8,6 +8,7 @@
 #include "conversion/copy_options.h"
 #include "conversion/read_back.h"
 #include "conversion/uniform_levels.h"
+#include "maintenance/decoded_again.h"
 #include "maintenance/read_block.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/notices.h"
@@ -135,6 +136,8 @@ ConversionResult convert(const ConversionRequest& request, const BackendRegistry
       fill_levels(source, copy, progress);
     else
       copy_levels(source, copy, progress, request.max_errors, changes_later);
+    if (const std::string again = decoded_again(source); !again.empty() && watch.warn)
+      watch.warn(again);
     if (changes_later) request.change(copy);
     if (changes_later || fills) copy.finish_encoding(begin_step(watch, "encode"));
     for (const auto& [name, bound] : request.max_errors.all())

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "maintenance/decoded_again.h"
 #include "passes/surface_passes.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -308,6 +309,12 @@ TEST_CASE("MadeNormals_DigestInLessThanThePositionsTake_ReadsEachBlockOnce") {
   REQUIRE(position_bytes > 3 << 20);
   CHECK(digest(store).to_string() == digest(expected).to_string());
   CHECK(store.info().paging.blocks_read == blocks);
+  CHECK(decoded_again(store).empty());
+  const Store small = Store::open(
+      path, {.writable = false, .budget_bytes = 1 << 20, .io_threads = 0}, default_backends());
+  CHECK(digest(small).to_string() == digest(expected).to_string());
+  REQUIRE(small.info().paging.blocks_read > blocks * 5 / 4);
+  CHECK_THAT(decoded_again(small), Catch::Contains("times on average"));
 }
 
 TEST_CASE("MadeNormals_OfAnAttributeThatComesLater_AreStored") {

@@ -1,0 +1,37 @@
+#include "maintenance/decoded_again.h"
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "plait/extend/pager.h"
+#include "plait/extend/store_access.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// What is less does not show beside the work.
+constexpr double kTimesToTell = 1.25;
+
+}  // namespace
+
+std::string decoded_again(const Store& store) {
+  std::uint64_t blocks = 0;
+  bool need_others = false;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level;
+         ++level) {
+      const LevelFile& file = StoreAccess::level_file(store, id, level);
+      blocks += file.geometry.block_count();
+      need_others |= needs_other_blocks(file);
+    }
+  const Pager& pager = StoreAccess::pager(store);
+  const auto reads = static_cast<double>(pager.statistics().blocks_read);
+  const double times = reads / static_cast<double>(blocks);
+  if (!need_others || times < kTimesToTell) return {};
+  return fmt::format(
+      "{}: each block was decoded {:.1f} times on average, because blocks that "
+      "others are decoded with did not fit the budget of {}; a larger one is faster",
+      store.path().native(), times, format_bytes(pager.budget_bytes()));
+}
+
+PLAIT_END_NAMESPACE
