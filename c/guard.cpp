@@ -49,10 +49,20 @@ LastError& last_error() noexcept {
 }
 
 // Statuses of plait.h are in the order of ErrorCode, after PLAIT_OK.
-static_assert(static_cast<int>(ErrorCode::kNotFound) + 1 == PLAIT_ERROR_NOT_FOUND);
-static_assert(static_cast<int>(ErrorCode::kCancelled) + 1 == PLAIT_ERROR_CANCELLED);
+constexpr plait_status in_order(ErrorCode code) { return static_cast<plait_status>(code) + 1; }
+static_assert(in_order(ErrorCode::kNotFound) == PLAIT_ERROR_NOT_FOUND &&
+              in_order(ErrorCode::kInvalidArgument) == PLAIT_ERROR_INVALID_ARGUMENT &&
+              in_order(ErrorCode::kCorruption) == PLAIT_ERROR_CORRUPTION &&
+              in_order(ErrorCode::kNotSupported) == PLAIT_ERROR_NOT_SUPPORTED &&
+              in_order(ErrorCode::kIo) == PLAIT_ERROR_IO &&
+              in_order(ErrorCode::kNoSpace) == PLAIT_ERROR_NO_SPACE &&
+              in_order(ErrorCode::kOutOfMemory) == PLAIT_ERROR_OUT_OF_MEMORY &&
+              in_order(ErrorCode::kBudget) == PLAIT_ERROR_BUDGET &&
+              in_order(ErrorCode::kBusy) == PLAIT_ERROR_BUSY &&
+              in_order(ErrorCode::kBadState) == PLAIT_ERROR_BAD_STATE &&
+              in_order(ErrorCode::kCancelled) == PLAIT_ERROR_CANCELLED);
 
-plait_status status_of(ErrorCode code) noexcept { return static_cast<plait_status>(code) + 1; }
+plait_status status_of(ErrorCode code) noexcept { return in_order(code); }
 
 std::optional<ErrorCode> code_of(plait_status status) noexcept {
   if (status < PLAIT_ERROR_NOT_FOUND || status > PLAIT_ERROR_CANCELLED) return std::nullopt;

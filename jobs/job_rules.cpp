@@ -58,16 +58,15 @@ void check_attributes_of_scheme(const Compression& compression, bool normals) {
 }
 
 void warn_of_unknown_attributes(const std::vector<std::string>& compress,
+                                std::vector<std::string> own,
                                 const std::vector<AttributeSchema>& others, const JobWatch& watch) {
   if (!watch.warn) return;
-  std::vector<std::string> names = {"position"};
-  for (const AttributeSchema& schema : others)
-    if (schema.name != names.front()) names.push_back(schema.name);
-  try {
-    compression_of(compress).check_attributes(names);
-  } catch (const Error& error) {
-    watch.warn(fmt::format("{}; the text has no effect", error.what()));
-  }
+  for (const AttributeSchema& schema : others) own.push_back(schema.name);
+  for (const std::string& text : compress) try {
+      compression_of({text}).check_attributes(own);
+    } catch (const Error& error) {
+      watch.warn(fmt::format("{}; the text has no effect", error.what()));
+    }
 }
 
 ErrorBounds error_bounds_of(const std::vector<std::string>& texts) {

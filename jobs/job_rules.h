@@ -54,9 +54,10 @@ LaidOutMesh laid_out(BaseMesh mesh, LayoutKind kind);
 Compression compression_of(const std::vector<std::string>& texts);
 /// Refuses a text for an attribute that a store of a subdivision does not have.
 void check_attributes_of_scheme(const Compression& compression, bool normals);
-/// Warns of a text of an option `compress` for an attribute that a store made of a file does not
-/// have. It has `position` and `others`, which are known when the file has been read.
+/// Warns of texts of an option `compress` for attributes that a store made of a file does not have.
+/// It has `own` and `others`, which are known when the file has been read.
 void warn_of_unknown_attributes(const std::vector<std::string>& compress,
+                                std::vector<std::string> own,
                                 const std::vector<AttributeSchema>& others, const JobWatch& watch);
 /// The bounds that the texts of an option `max-error` name. Errors: as ErrorBounds::add().
 ErrorBounds error_bounds_of(const std::vector<std::string>& texts);

@@ -78,8 +78,7 @@ int run_digest(const DigestArguments& arguments, const CommandContext& context) 
   };
   const std::string word = digest(store, options).to_string();
   progress.clear();
-  if (const std::string again = decoded_again(store); !again.empty())
-    report_warning(again + " (--memory)");
+  if (const std::string again = decoded_again(store); !again.empty()) report_warning(again);
   if (!context.json) {
     print(word + "\n");
     return kExitDone;

@@ -90,7 +90,7 @@ void add_serve_command(CommandLine& program, CommandContext& context) {
   CommandLine* command = program.add_subcommand("serve", "Show a store in the browser");
   command->add_option("STORE", arguments->store, "The store")->required();
   add_whole_option(*command, "--port", arguments->address.port, 0, 65535, "0: any free one")
-      ->capture_default_str();
+      ->default_str(std::to_string(arguments->address.port));
   command
       ->add_option("--host", arguments->address.host,
                    "The address to listen at; 0.0.0.0: all of this machine, for others too")

@@ -86,7 +86,6 @@ Json face_attributes_report(std::span<const AttributeSchema> schemas) {
   return report;
 }
 
-/// What a store says of itself that this program cannot open: `why`.
 Json attribute_report(Store& store, AttributeId id) {
   const AttributeInfo& info = store.attributes()[id];
   Json levels = Json::array();

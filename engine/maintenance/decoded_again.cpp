@@ -9,8 +9,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// What is less does not show beside the work.
-constexpr double kTimesToTell = 1.25;
+/// A pass over one level after another reads some blocks of coarser levels twice in any budget.
+constexpr double kTimesToTell = 1.5;
 
 }  // namespace
 
@@ -29,8 +29,9 @@ std::string decoded_again(const Store& store) {
   const double times = reads / static_cast<double>(blocks);
   if (!need_others || times < kTimesToTell) return {};
   return fmt::format(
-      "{}: each block was decoded {:.1f} times on average, because blocks that "
-      "others are decoded with did not fit the budget of {}; a larger one is faster",
+      "{}: each block was decoded {:.1f} times on average, because its share of the "
+      "budget, {}, has no room for the blocks that others are decoded with; more "
+      "memory makes this faster (--memory)",
       store.path().native(), times, format_bytes(pager.budget_bytes()));
 }
 

@@ -6,7 +6,7 @@
 #include "plait/detail/namespace.h"
 #include "plait/store.h"
 
-PLAIT_BEGIN_PRIVATE_NAMESPACE
+PLAIT_BEGIN_NAMESPACE
 
 /// After a pass over all blocks of a store in order: how often they were read on average, if the
 /// blocks that others are decoded with did not fit the budget. Empty if each block was read about

@@ -2,7 +2,6 @@
 // from a policy, unlink the frame's own links.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -31,7 +30,7 @@ class Eviction {
 /// needs a share of its own. A context block is ordered by the block that needed it last, plus
 /// a multiple of its own length (paging/frame.cpp): its neighbours may lie far away in layout
 /// order, and reading it again costs as much as decoding all that it needs. When the window has
-/// passed the last block that needs it, it leaves before all others.
+/// passed the last block that needs it, it leaves before all others of its size.
 ///
 /// A frame of the wanted size serves the next block as it is, where the system would take the pages
 /// of another size and clear new ones. So of the frames that the window has passed, one of the

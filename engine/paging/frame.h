@@ -3,7 +3,6 @@
 // of a transfer cannot fail.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/intrusive/list.hpp>
@@ -77,7 +76,8 @@ struct Frame {
   alignas(64) Content content;
   std::uint32_t index = 0;
   QueuedTransfer transfer;
-  /// Of 1.5 KiB. Frames have it if a level needs it, because frames of small blocks are many.
+  /// Of 1.5 KiB. A frame has it from its first block on that needs others, because frames of small
+  /// blocks are many.
   std::unique_ptr<FrameContext> context;
   ListLink in_list;    ///< of vacant frames; of a clock; or of frames that ended sessions left
   OrderLink in_order;  ///< of WindowEviction, or of prefetched frames

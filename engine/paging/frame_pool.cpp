@@ -1,6 +1,7 @@
 #include "paging/frame_pool.h"
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -89,7 +90,9 @@ FramePool::SlabShape FramePool::huge_slab(std::uint64_t frame_bytes, std::uint64
 }
 
 std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
-  if (!kHasSlabs || bytes > kMostSlabBytes) return nullptr;
+  // Else the last page of a frame that is given back would be the first one of its neighbour.
+  static const std::uint64_t page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  if (!kHasSlabs || bytes > kMostSlabBytes || bytes % page != 0) return nullptr;
   const std::size_t part = budget_bytes() / kLeastSlabs;
   const SlabShape huge = huge_slab(bytes, std::min(kMostSlabBytes, part));
   if (huge.frames > 0 && frames_in_huge_pages_ + huge.frames <= kMostFramesInHugePages)

@@ -23,21 +23,14 @@ std::uint64_t FrameTable::most_frames(const LevelFile& added) const noexcept {
   return std::min(2 * all, pool_.most_bytes() / smallest);
 }
 
-void FrameTable::add_frames(std::uint64_t most) {
+void FrameTable::attach(LevelFile& level) {
+  pool_.prepare(frame_bytes(level));
+  const std::uint64_t most = most_frames(level);
   while (frames_.size() < most) {
     Frame& frame = frames_.emplace_back();
     frame.index = static_cast<std::uint32_t>(frames_.size() - 1);
     vacant_.push_back(frame);
   }
-  if (frames_have_context_)
-    for (Frame& frame : frames_)
-      if (!frame.context) frame.context = std::make_unique<FrameContext>();
-}
-
-void FrameTable::attach(LevelFile& level) {
-  pool_.prepare(frame_bytes(level));
-  frames_have_context_ |= needs_other_blocks(level);
-  add_frames(most_frames(level));
   auto slot = std::ranges::find(slots_, nullptr, &LevelFrames::level);
   if (slot == slots_.end()) {
     slots_.emplace_back();

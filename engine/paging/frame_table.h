@@ -15,8 +15,8 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The pager's lock protects everything except look_up(). Only attach() allocates memory other than
-/// that of frames, so the noexcept functions never fail.
+/// The pager's lock protects everything except look_up(). Only attach() and find_needed_until()
+/// allocate memory other than that of frames, so the noexcept functions never fail.
 class FrameTable {
  public:
   explicit FrameTable(std::uint64_t budget_bytes) : pool_(budget_bytes) {}
@@ -74,13 +74,11 @@ class FrameTable {
     std::vector<EdgeId> needed_until;               ///< [block], or empty
   };
   std::uint64_t most_frames(const LevelFile& added) const noexcept;
-  void add_frames(std::uint64_t most);
   void forget_block(const Frame& frame) noexcept;
 
   FramePool pool_;
   std::deque<Frame> frames_;
   FrameList vacant_;
-  bool frames_have_context_ = false;
   std::vector<LevelFrames> slots_;  ///< [pager slot]
   bool has_new_levels_ = false;
 };

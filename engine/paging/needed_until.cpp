@@ -50,6 +50,8 @@ void find_needed_until(std::vector<NeededLevel>& levels) {
         need(levels, context, until);
     }
   }
+  // That nobody named a block proves nothing about levels that were not asked.
+  for (NeededLevel& level : levels) std::ranges::replace(level.until, EdgeId{0}, kNoId);
 }
 
 PLAIT_END_NAMESPACE

@@ -18,7 +18,7 @@ struct NeededLevel {
 
 /// Finds `until` of all levels of a store. Asks the backends for the context of as few blocks as
 /// tell it: where blocks of two levels of one attribute have the same edges, those of the finer one
-/// need what the others need. Errors: std::bad_alloc.
+/// need about what the others need. Errors: std::bad_alloc.
 void find_needed_until(std::vector<NeededLevel>& levels);
 
 PLAIT_END_NAMESPACE

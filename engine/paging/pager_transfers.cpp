@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -159,7 +160,9 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     keep_as_context(*context[i], table_.needed_until(*context[i]->content.level, needed[i].block));
   }
   Frame* frame = nullptr;
+  std::unique_ptr<FrameContext> made;
   try {
+    if (context_count > 0) made = std::make_unique<FrameContext>();
     frame = take_frame_ahead(lock, session, level, block);
   } catch (...) {
     for (std::size_t i = 0; i < context_count; ++i) remove_pin(*context[i]);
@@ -171,8 +174,11 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     return table_.find(level, block) != nullptr;
   }
   frame->content.order = order;
-  std::copy_n(context.begin(), context_count, frame->context->blocks.begin());
-  frame->content.context_count = context_count;
+  if (context_count > 0) {
+    if (!frame->context) frame->context = std::move(made);
+    std::copy_n(context.begin(), context_count, frame->context->blocks.begin());
+    frame->content.context_count = context_count;
+  }
   TransferRun run;
   add_read_ahead(run, session, *frame);
   try {

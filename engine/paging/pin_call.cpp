@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 #include "plait/error.h"
@@ -134,6 +135,7 @@ void Pager::Implementation::PinCall::add_context(std::size_t at) {
   const std::size_t count = entry.access == Access::kRead
                                 ? level.backend->read_context(entry.block, needed)
                                 : level.backend->context(entry.block, needed);
+  if (count > 0 && !entry.frame->context) entry.frame->context = std::make_unique<FrameContext>();
   for (const ContextBlock& context : std::span(needed).first(count)) {
     const LevelFile* const other = pager_.table_.level(context.attribute, context.level);
     if (!other || context.block >= other->geometry.block_count() || !comes_before(*other, level))

@@ -63,7 +63,7 @@ void choose_options(const ConversionRequest& request, const Store& source,
   if ((choices.compresses && backend.traits.compressed) ||
       (!request.max_errors.empty() && !stays_compressed && backend.traits.compressed)) {
     request.compression.check_levels(source.base_level(), source.finest_level());
-    std::vector<std::string> names;
+    std::vector<std::string> names = request.attributes_of_change;
     for (const AttributeInfo& info : source.attributes()) names.push_back(info.schema.name);
     request.compression.check_attributes(names);
     options.pipeline_of = [compression = request.compression](const AttributeSchema& schema) {

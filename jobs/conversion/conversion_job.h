@@ -41,6 +41,7 @@ struct ConversionRequest {
   std::function<BaseMesh(Store& source)> base = {};
   /// Called before the commit: changes the copy, whose levels are all there. Not with `verify`.
   std::function<void(Store& copy)> change = {};
+  std::vector<std::string> attributes_of_change = {};  ///< names of those that it may add
   /// Called after the commit with the path of the copy, which does not have its name yet: adds
   /// optional files. After an error no copy is left.
   std::function<void(const std::filesystem::path& copy)> finish = {};

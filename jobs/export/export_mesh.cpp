@@ -10,7 +10,6 @@
 #include "base/text.h"
 #include "export/format_writers.h"
 #include "export/output_files.h"
-#include "maintenance/decoded_again.h"
 #include "plait/extend/store_access.h"
 #include "plait/notes.h"
 #include "plait/reader.h"
@@ -272,8 +271,6 @@ ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& ba
   } catch (const Error& error) {
     throw files.named(error);
   }
-  if (const std::string again = decoded_again(store); !again.empty() && watch.warn)
-    watch.warn(again);
   result.file = files.path();
   if (watch.progress && !watch.progress({"publish", 0, 1}))
     throw Error(ErrorCode::kCancelled, "export: cancelled");

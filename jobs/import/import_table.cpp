@@ -18,7 +18,7 @@ JobReport run_import(ImportArguments& arguments, const JobCall& call) {
   arguments.pipeline_of = pipelines_of(compression_of(arguments.compress));
   arguments.parallel_for = call.parallel_for;
   const ImportResult result = import_mesh(arguments, call.backends, call.watch);
-  warn_of_unknown_attributes(arguments.compress, result.attributes, call.watch);
+  warn_of_unknown_attributes(arguments.compress, {"position"}, result.attributes, call.watch);
   return {{"mesh", arguments.mesh.string()},
           {"store", arguments.store.string()},
           {"vertices", result.vertices},

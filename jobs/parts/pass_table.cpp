@@ -119,6 +119,7 @@ JobReport run(PassArguments& arguments, const JobCall& call) {
   } else {
     arguments.verb = "pass";
     arguments.compression = compression_of(arguments.compress);
+    arguments.attributes_of_change = {"normal"};
     arguments.change = [&](Store& copy) { result = make_pass(copy, arguments, call.watch); };
     const ConversionResult copy = convert(arguments, call.open_backends, call.backends, call.watch);
     of_store = {{"store", copy.store.string()},

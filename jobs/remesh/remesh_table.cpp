@@ -34,7 +34,8 @@ JobReport run_remesh(RemeshArguments& request, const JobCall& call) {
                    request.options.backend, call.backends);
   request.options.parallel_for = call.parallel_for;
   const RemeshReport report = remesh(request, call.backends, call.watch);
-  warn_of_unknown_attributes(request.compress, report.attributes, call.watch);
+  warn_of_unknown_attributes(request.compress, {"position", "turned", "distance"},
+                             report.attributes, call.watch);
   JobReport json = {{"scan", request.scan.string()},
                     {"store", request.store.string()},
                     {"repairs", repairs_json(report.repairs)},

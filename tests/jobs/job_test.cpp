@@ -84,6 +84,41 @@ TEST_CASE("RunJob_Refusals_NameTheOptionThatAvoidsThem") {
       Catch::EndsWith("backend compressed (backend)"));
 }
 
+TEST_CASE("RunJob_CompressionOfAnAttributeThatIsNotThere_IsRefusedOrSaid") {
+  const TemporaryDirectory here;
+  const std::string mesh = octahedron_in(here), store = (here.path() / "s").string(),
+                    copy = (here.path() / "c").string();
+  const JobOptions made{{"input", mesh}, {"output", store}, {"levels", "2"}};
+  const auto with = [](JobOptions options, const char* compress) {
+    options.emplace_back("compress", compress);
+    return options;
+  };
+  const char* const refusal = "choose compression of attribute 'normal': expected one of position";
+  CHECK_THAT(words_of("subdivide", with(made, "normal=lz4")), Catch::Contains(refusal));
+  run_job("subdivide", made);
+  const JobOptions copied{{"input", store}, {"output", copy}};
+  CHECK_THAT(words_of("convert", with(copied, "normal=lz4")), Catch::Contains(refusal));
+  // The pass makes the attribute.
+  run_job("pass", with({{"store", store}, {"kind", "normals"}, {"out", copy}}, "normal=lz4"));
+  // A file is read before its attributes are known.
+  std::vector<std::string> warnings;
+  run_job("remesh",
+          {{"input", mesh},
+           {"output", copy},
+           {"force", "true"},
+           {"levels", "1"},
+           {"compress", "turned=lz4"},
+           {"compress", "colour=lz4"},
+           {"compress", "uv=lz4"}},
+          {.warn = [&](const std::string& line) { warnings.push_back(line); }});
+  for (const char* name : {"turned", "colour", "uv"}) {
+    CAPTURE(name);
+    CHECK(std::ranges::count_if(warnings, [&](const std::string& line) {
+            return line.find("compression of attribute '" + std::string(name)) != line.npos;
+          }) == (std::string_view(name) == "turned" ? 0 : 1));
+  }
+}
+
 TEST_CASE("RunJob_PassAndConvert_ComputeOnThePoolOfTheProgram") {
   const TemporaryDirectory here;
   const std::string mesh = octahedron_in(here), store = (here.path() / "s").string(),

@@ -31,7 +31,7 @@ EdgeId first_edge_after(const Topology& mesh, EdgeRange here, std::uint64_t face
          static_cast<EdgeId>(std::ranges::partition_point(edges, is_used_before) - edges.begin());
 }
 
-/// The same as below for any mesh: each face under way is at most the first to use its three edges.
+/// The same as below for any mesh: a face under way is the first to use at most its three edges.
 std::uint64_t most_frame_bytes(std::span<const LevelGeometry> geometries,
                                std::uint64_t faces_under_way) {
   std::uint64_t bytes = 0;

@@ -16,7 +16,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Reads each block of `levels` once, in file order. `base` has the records of the base vertices.
-/// `progress` counts bytes of levels. REQUIRES: check_points(schema). Errors: kCancelled; those of
+/// `progress` counts bytes of levels. REQUIRES: holds_points(schema). Errors: kCancelled; those of
 /// Session::pin.
 std::vector<FaceBounds> compute_face_bounds(const BaseMesh& mesh, const AttributeSchema& schema,
                                             std::span<const std::byte> base,

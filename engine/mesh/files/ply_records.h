@@ -36,7 +36,7 @@ class PlyRecords {
       if (type == ComponentType::kFloat32)
         lost_digits_[property].add(values.word(), numbers_[property]);
   }
-  /// Appends what read() has read. Errors: kInvalidArgument for a number that its type has not.
+  /// Appends what read() has read. Errors: kInvalidArgument for a number that its type cannot hold.
   template <class Values>
   void append(const Values& values) {
     for (std::size_t at = 0; at < attributes_.size(); ++at)
@@ -56,7 +56,7 @@ class PlyRecords {
     }
   }
 
-  /// Warns of the digits that texts of the numbers had and their types have not.
+  /// Warns of the digits that texts of the numbers had and their types cannot hold.
   void say_lost_digits(const Input& input, Reading& reading) const;
   std::vector<MeshAttribute> finish();
 

@@ -17,7 +17,6 @@ void shape(LevelFile& level, std::uint64_t blocks, std::uint32_t attribute = 0, 
   level.geometry = LevelGeometry(SlotShapes(blocks * kFrameBlockBytes >> (2 * (number - 1))),
                                  BaseRelativeLevel(number), 1, kFrameBlockBytes);
   level.table = BlockTable({}, attribute, number, level.geometry.block_count());
-  level.traits.in_memory = true;  // so nothing asks the backend for context
 }
 
 }  // namespace
