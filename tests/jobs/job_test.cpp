@@ -106,6 +106,7 @@ TEST_CASE("RunJob_CompressionOfAnAttributeThatIsNotThere_IsRefusedOrSaid") {
           {{"input", mesh},
            {"output", copy},
            {"force", "true"},
+           {"faces", "8"},
            {"levels", "1"},
            {"compress", "turned=lz4"},
            {"compress", "colour=lz4"},

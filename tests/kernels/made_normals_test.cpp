@@ -309,12 +309,16 @@ TEST_CASE("MadeNormals_DigestInLessThanThePositionsTake_ReadsEachBlockOnce") {
   REQUIRE(position_bytes > 3 << 20);
   CHECK(digest(store).to_string() == digest(expected).to_string());
   CHECK(store.info().paging.blocks_read == blocks);
-  CHECK(decoded_again(store).empty());
-  const Store small = Store::open(
-      path, {.writable = false, .budget_bytes = 1 << 20, .io_threads = 0}, default_backends());
-  CHECK(digest(small).to_string() == digest(expected).to_string());
-  REQUIRE(small.info().paging.blocks_read > blocks * 3 / 2);
-  CHECK_THAT(decoded_again(small), Catch::Contains("times on average"));
+  const auto said_after_two = [&](std::uint64_t budget_bytes) {
+    const Store read =
+        Store::open(path, {.writable = false, .budget_bytes = budget_bytes, .io_threads = 0},
+                    default_backends());
+    for (int pass = 0; pass < 2; ++pass)
+      CHECK(digest(read).to_string() == digest(expected).to_string());
+    return decoded_again(read);
+  };
+  CHECK(said_after_two(64 << 20).empty());
+  CHECK_THAT(said_after_two(1 << 20), Catch::Contains("each block was decoded 2."));
 }
 
 TEST_CASE("MadeNormals_OfAnAttributeThatComesLater_AreStored") {
