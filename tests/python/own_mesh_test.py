@@ -302,6 +302,7 @@ def test_what_is_set_on_a_store_is_refused_and_not_lost():
     def wrong(found):
         with pytest.raises(AttributeError):
             found.height = 1
+        found["height"] = 1
         seen.append(len(found["position"]))
 
     store.visit(wrong, reads=["position"], writes=["height"])
