@@ -30,7 +30,7 @@ TEST_CASE("RandomCalls_OnAnyStore_GiveWhatTheModelSaysOrAnError") {
   const std::uint64_t first = number_of("PLAIT_RANDOM_CALLS_SEED", 1);
   const std::uint64_t seconds = number_of("PLAIT_RANDOM_CALLS_SECONDS", 0);
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
-  const std::uint64_t least = seconds > 0 ? 1 : unless_sanitized(400, 40);
+  const std::uint64_t least = seconds > 0 ? 1 : unless_sanitized(400, 160);
   Outcomes outcomes;
   for (std::uint64_t seed = first; seed < first + least || std::chrono::steady_clock::now() < end;
        ++seed) {
