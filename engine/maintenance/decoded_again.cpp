@@ -9,7 +9,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// A pass over one level after another reads some blocks of coarser levels twice in any budget.
+/// A pass over one level after another reads blocks of coarser levels about 4/3 times if the budget
+/// does not hold them.
 constexpr double kTimesToTell = 1.5;
 
 }  // namespace

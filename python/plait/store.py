@@ -395,8 +395,9 @@ class Store:
         the files, with memory for one batch.
 
         function: called with Vertices, many at once. It fills the attributes that the visit writes,
-            or returns the records if the visit writes one. If it returns False, the visit ends with
-            Cancelled.
+            or returns the records if the visit writes one. If it does neither for an attribute that
+            the visit only writes, the visit ends with InvalidArgument. If it returns False, the visit
+            ends with Cancelled.
         reads, writes: names of attributes. One that is in both is changed in place.
         rings: True: function also gets the neighbours of each vertex for all attributes in reads; a
             list of names: for these.
